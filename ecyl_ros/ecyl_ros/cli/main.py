@@ -1,0 +1,56 @@
+"""Entry point of the `ecyl` command: finds the verb's module, parses, runs, maps errors to exits."""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import os
+import sys
+from collections.abc import Sequence
+
+from .. import __version__
+from ..errors import InputError
+
+# One module of this package per verb, with the line `ecyl --help` shows for it. Modules are
+# imported only when their verb is called, so that help stays fast.
+VERBS = {
+    "analyse": "tracking figures, spectrum and IMFs of a recording",
+}
+
+
+def _parser(verb: str | None) -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="ecyl",
+        description="Emulate an electric-cylinder drive on ROS 2 and analyse its recordings.",
+    )
+    parser.add_argument("--version", action="version", version=f"ecyl {__version__}")
+    verbs = parser.add_subparsers(dest="verb", metavar="VERB", required=True)
+    for name, summary in VERBS.items():
+        sub = verbs.add_parser(name, help=summary, description=summary.capitalize() + ".")
+        if name == verb:
+            importlib.import_module(f"{__package__}.{name}").add_arguments(sub)
+    return parser
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run `ecyl VERB ...` and return its exit code: 0 done, 2 unusable input, 130 interrupted."""
+    arguments = list(sys.argv[1:] if argv is None else argv)
+    verb = next((word for word in arguments if word in VERBS), None)
+    parser = _parser(verb)
+    options = parser.parse_args(arguments)
+    module = importlib.import_module(f"{__package__}.{options.verb}")
+    try:
+        return module.run(options)
+    except InputError as error:
+        print(f"ecyl {options.verb}: {error}", file=sys.stderr)
+        return 2
+    except BrokenPipeError:  # the reader of our output has gone: not an error of ours
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
+    except KeyboardInterrupt:
+        print(f"ecyl {options.verb}: interrupted", file=sys.stderr)
+        return 130
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,48 @@
+"""ament_python package: `colcon build` on ROS 2 Jazzy, `pip install` on machines without ROS."""
+
+from glob import glob
+
+from setuptools import find_packages, setup
+
+NAME = "ecyl_ros"
+
+setup(
+    name=NAME,
+    version="0.1.0",
+    packages=find_packages(include=[NAME, f"{NAME}.*"]),
+    package_data={NAME: ["py.typed"]},
+    data_files=[
+        ("share/ament_index/resource_index/packages", [f"resource/{NAME}"]),
+        (f"share/{NAME}", ["package.xml"]),
+        (f"share/{NAME}/launch", sorted(glob("launch/*.launch.py"))),
+        (f"share/{NAME}/config", sorted(glob("config/*.yaml"))),
+    ],
+    python_requires=">=3.10",
+    install_requires=[
+        "numpy>=1.26",
+        "scipy>=1.11",
+        "numba>=0.59",
+        "mcap>=1.2",
+        "mcap-ros2-support>=0.5",
+        "rosbags>=0.10",
+        "EMD-signal>=1.6",
+        "matplotlib>=3.6",
+        "pyyaml>=6.0",
+        "rich>=13",
+    ],
+    zip_safe=False,
+    maintainer="The ecyl_ros founders",
+    maintainer_email="maintainers@ecyl-ros.example",
+    description="Electric-cylinder servo drive as a ROS 2 graph, and diagnosis of its sim-to-real gap",
+    license="Apache-2.0",
+    entry_points={
+        "console_scripts": [
+            "ecyl = ecyl_ros.cli.main:main",
+            "plant = ecyl_ros.nodes.plant:main",
+            "controller = ecyl_ros.nodes.controller:main",
+            "reference = ecyl_ros.nodes.reference:main",
+            "analyser = ecyl_ros.nodes.analyser:main",
+            "recorder = ecyl_ros.nodes.recorder:main",
+        ],
+    },
+)
