@@ -1,0 +1,141 @@
+"""The signals of one recording as equally long arrays in SI units."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+StampArray = NDArray[np.int64]
+
+# Every signal by name, with its unit. The names are the fields of `Recording`, the columns of a
+# CSV file and what messages to the user call them.
+SIGNALS: dict[str, str] = {
+    "reference_position_m": "m",
+    "reference_velocity_m_per_s": "m/s",
+    "rotor_position_rad": "rad",
+    "rotor_velocity_rad_per_s": "rad/s",
+    "rotor_torque_nm": "N m",
+    "rod_position_m": "m",
+    "rod_velocity_m_per_s": "m/s",
+    "rod_force_n": "N",
+    "load_position_rad": "rad",
+    "load_velocity_rad_per_s": "rad/s",
+    "current_d_a": "A",
+    "current_q_a": "A",
+    "voltage_d_v": "V",
+    "voltage_q_v": "V",
+}
+
+_NOT_GIVEN: Any = None  # becomes NaN throughout
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Recording:
+    """Signals of one run on one grid of stamps.
+
+    Every signal is a read-only float64[n] in SI units, NaN where nothing measured it; a signal
+    that is not given at all is NaN throughout.
+
+    Attributes:
+        stamp_ns: int64[n], sample instants in ns, strictly increasing.
+        reference_position_m, reference_velocity_m_per_s: what the rod was asked to do.
+        rotor_position_rad, rotor_velocity_rad_per_s: the motor encoder.
+        rotor_torque_nm: torque constant x i_q.
+        rod_position_m, rod_velocity_m_per_s, rod_force_n: the rod's scale and force sensor.
+        load_position_rad, load_velocity_rad_per_s: the load side at the rotor; known only in
+            emulated drives.
+        current_d_a, current_q_a: measured dq currents (power or amplitude invariance as the drive
+            has it; the torque constant goes with it).
+        voltage_d_v, voltage_q_v: commanded dq voltages.
+        notes: one line each on what is missing or was cut off when the recording was read.
+
+    Raises:
+        ValueError: arrays of unequal length, not one-dimensional, or stamps that do not increase.
+    """
+
+    stamp_ns: StampArray
+    reference_position_m: FloatArray = _NOT_GIVEN
+    reference_velocity_m_per_s: FloatArray = _NOT_GIVEN
+    rotor_position_rad: FloatArray = _NOT_GIVEN
+    rotor_velocity_rad_per_s: FloatArray = _NOT_GIVEN
+    rotor_torque_nm: FloatArray = _NOT_GIVEN
+    rod_position_m: FloatArray = _NOT_GIVEN
+    rod_velocity_m_per_s: FloatArray = _NOT_GIVEN
+    rod_force_n: FloatArray = _NOT_GIVEN
+    load_position_rad: FloatArray = _NOT_GIVEN
+    load_velocity_rad_per_s: FloatArray = _NOT_GIVEN
+    current_d_a: FloatArray = _NOT_GIVEN
+    current_q_a: FloatArray = _NOT_GIVEN
+    voltage_d_v: FloatArray = _NOT_GIVEN
+    voltage_q_v: FloatArray = _NOT_GIVEN
+    notes: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        stamps = np.array(self.stamp_ns)
+        if stamps.ndim != 1 or not np.issubdtype(stamps.dtype, np.integer):
+            raise ValueError("stamp_ns must be a one-dimensional array of integers")
+        stamps = stamps.astype(np.int64, copy=False)
+        if np.any(stamps[1:] <= stamps[:-1]):
+            raise ValueError("stamp_ns must increase strictly")
+        self._freeze("stamp_ns", stamps)
+        for name in SIGNALS:
+            given = getattr(self, name)
+            if given is _NOT_GIVEN:
+                values = np.full(stamps.size, np.nan)
+            else:
+                values = np.array(given, dtype=np.float64)
+            if values.shape != stamps.shape:
+                raise ValueError(f"{name} has shape {values.shape}, stamp_ns {stamps.shape}")
+            self._freeze(name, values)
+
+    def _freeze(self, name: str, values: NDArray[Any]) -> None:
+        values.setflags(write=False)
+        object.__setattr__(self, name, values)
+
+    def __len__(self) -> int:
+        return int(self.stamp_ns.size)
+
+    @cached_property
+    def time_s(self) -> FloatArray:
+        """float64[n], seconds since the first stamp.
+
+        The difference is taken between integers: a float of seconds since 1970 resolves only
+        0.2 us.
+        """
+        return (self.stamp_ns - self.stamp_ns[:1]) / 1e9
+
+    @property
+    def rate_hz(self) -> float:
+        """Sampling rate from the median step between stamps; NaN with fewer than two samples."""
+        if len(self) < 2:
+            return float("nan")
+        return 1e9 / float(np.median(np.diff(self.stamp_ns)))
+
+    @property
+    def duration_s(self) -> float:
+        """Time from the first to the last stamp, 0 for an empty recording."""
+        return float(self.time_s[-1]) if len(self) else 0.0
+
+    def has(self, name: str) -> bool:
+        """Whether the signal was measured at one instant or more (a finite value)."""
+        return bool(np.isfinite(self.signal(name)).any())
+
+    def signal(self, name: str) -> FloatArray:
+        """float64[n] by its name in `SIGNALS`; KeyError for another name."""
+        if name not in SIGNALS:
+            raise KeyError(name)
+        values: FloatArray = getattr(self, name)
+        return values
+
+    def slice(self, start_s: float = 0.0, stop_s: float = float("inf")) -> Recording:
+        """The part with start_s <= time_s < stop_s; stamps keep their values."""
+        keep = (self.time_s >= start_s) & (self.time_s < stop_s)
+        arrays = {f.name: getattr(self, f.name) for f in fields(self) if f.name != "notes"}
+        return Recording(
+            **{name: values[keep] for name, values in arrays.items()}, notes=self.notes
+        )
