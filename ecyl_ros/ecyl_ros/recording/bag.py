@@ -1,0 +1,355 @@
+"""Raw messages of an MCAP file or a rosbag2 folder of them, also when the recording was cut off.
+
+The `mcap` package parses the records. Their framing is walked here, because its stream reader
+hands out what is left of a record at the end of a cut file as if it were whole.
+"""
+
+from __future__ import annotations
+
+import re
+import struct
+import zlib
+from collections.abc import Callable, Collection, Iterator
+from dataclasses import dataclass, field
+from io import BytesIO
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from ..errors import InputError
+
+MAGIC = b"\x89MCAP0\r\n"
+RECORD = struct.Struct("<BQ")  # opcode, length of what follows
+MESSAGE = struct.Struct("<HIQQ")  # channel, sequence, log time, publish time
+CHUNK = struct.Struct("<QQQI")  # first and last log time, uncompressed size, its CRC-32
+
+OP_FOOTER, OP_SCHEMA, OP_CHANNEL, OP_MESSAGE, OP_CHUNK, OP_STATISTICS = 2, 3, 4, 5, 6, 11
+
+
+class CorruptError(ValueError):
+    """Bytes that no writer leaves behind, not even one that was cut off."""
+
+
+@dataclass
+class TopicMessages:
+    """All messages of one topic, in file order.
+
+    Attributes:
+        name, type: topic name and message type, `package/msg/Type`.
+        encoding: of the messages; `cdr` in ROS 2.
+        qos: the QoS profiles that its publishers offered, as YAML text; may be empty.
+        log_time_ns: one per message.
+        order: position of each message among all messages of the bag.
+        data: serialised messages.
+    """
+
+    name: str
+    type: str
+    encoding: str
+    qos: str = ""
+    log_time_ns: list[int] = field(default_factory=list)
+    order: list[int] = field(default_factory=list)
+    data: list[bytes] = field(default_factory=list)
+
+
+@dataclass
+class Bag:
+    """What a recording holds: topics by name, and notes on what was cut off."""
+
+    path: Path
+    topics: dict[str, TopicMessages] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
+
+    @property
+    def message_count(self) -> int:
+        """Messages of all topics kept."""
+        return sum(len(topic.data) for topic in self.topics.values())
+
+
+def read_bag(path: str | Path, *, topics: Collection[str] | None = None) -> Bag:
+    """Read an MCAP file, or all files of a rosbag2 folder in their order.
+
+    Args:
+        path: `*.mcap`, or a folder with MCAP files, with or without metadata.yaml.
+        topics: names of the topics to keep; all of them by default.
+
+    Returns:
+        Topics are listed even where they hold no message or were not asked for. A file that ends
+        early, wherever that is, gives all that is whole up to there, and a note.
+
+    Raises:
+        InputError: no such file, not MCAP, damaged other than by being cut off, or a message
+            encoding or compression that cannot be read.
+    """
+    bag = Bag(Path(path))
+    counter = 0
+    for file in _files(bag.path):
+        reader = _FileReader(file, bag, topics, counter)
+        try:
+            reader.read()
+        except CorruptError as error:
+            raise InputError(f"{file}: damaged: {error}") from None
+        counter = reader.counter
+    return bag
+
+
+def _files(path: Path) -> list[Path]:
+    if path.is_file():
+        return [path]
+    if not path.is_dir():
+        raise InputError(
+            f"{path}: no such file or folder; expected an MCAP file or a rosbag2 folder"
+        )
+    metadata = path / "metadata.yaml"
+    if metadata.is_file():
+        return _listed(path, metadata)
+    # A recorder that was killed leaves no metadata.yaml. Files are numbered: _2 before _10.
+    found = sorted(
+        path.glob("*.mcap"),
+        key=lambda file: [int(w) if w.isdigit() else w for w in re.split(r"(\d+)", file.name)],
+    )
+    if not found:
+        raise InputError(f"{path}: no recording: expected *.mcap files in the folder")
+    return found
+
+
+def _listed(path: Path, metadata: Path) -> list[Path]:
+    try:
+        about = yaml.safe_load(metadata.read_text(encoding="utf-8"))["rosbag2_bagfile_information"]
+        storage = about["storage_identifier"]
+        names = [Path(name).name for name in about["relative_file_paths"]]
+        compression = about.get("compression_mode") or ""
+    except (yaml.YAMLError, UnicodeDecodeError, KeyError, TypeError, AttributeError):
+        raise InputError(
+            f"{metadata}: expected rosbag2_bagfile_information with storage_identifier and "
+            "relative_file_paths"
+        ) from None
+    if storage != "mcap":
+        raise InputError(
+            f"{metadata}: storage_identifier is {storage}, expected mcap (`ros2 bag convert` "
+            "makes one)"
+        )
+    if compression.lower() not in ("", "none"):
+        raise InputError(
+            f"{metadata}: compression_mode is {compression}, expected none (`ros2 bag convert` "
+            "undoes it; compressed MCAP chunks are fine)"
+        )
+    files = [path / name for name in names]
+    for file in files:
+        if not file.is_file():
+            raise InputError(f"{metadata}: relative_file_paths names {file.name}, which is missing")
+    if not files:
+        raise InputError(f"{metadata}: relative_file_paths is empty, expected MCAP files")
+    return files
+
+
+class _FileReader:
+    """Walks one file's records into a bag."""
+
+    def __init__(self, file: Path, bag: Bag, topics: Collection[str] | None, counter: int) -> None:
+        self.file = file
+        self.bag = bag
+        self.wanted = topics
+        self.counter = counter
+        self.first = counter
+        self.schemas: dict[int, tuple[str, str]] = {}
+        self.channels: dict[int, tuple[TopicMessages, bool]] = {}
+        self.finished = False
+
+    def read(self) -> None:
+        try:
+            data = self.file.read_bytes()
+        except OSError as error:
+            raise InputError(f"{self.file}: cannot be read: {error.strerror}") from None
+        if not data:
+            raise InputError(f"{self.file}: is empty, expected an MCAP file")
+        if not data.startswith(MAGIC):
+            raise InputError(f"{self.file}: is no MCAP file (it starts with {data[:8].hex()})")
+        # A file that bears the end mark was finished: whatever does not add up in it is damage.
+        # Without it the writer was stopped, and may have left anything behind its last flush.
+        if len(data) >= 2 * len(MAGIC) and data.endswith(MAGIC):
+            at = self._walk(data, len(data) - len(MAGIC))
+            if not self.finished:
+                raise CorruptError(f"the record at byte {at} runs over the end of the file")
+            return
+        try:
+            at = self._walk(data, len(data))
+            if at + RECORD.size <= len(data) and data[at] == OP_CHUNK:
+                self._cut_chunk(memoryview(data)[at + RECORD.size :])
+            why = ""
+        except CorruptError as error:
+            why = f" ({error})"
+        self.bag.notes += (
+            f"{self.file}: was cut off before its index, at byte {len(data)}: "
+            f"{self.counter - self.first} whole messages kept{why}",
+        )
+
+    def _walk(self, data: bytes, end: int) -> int:
+        """Take in the whole records before `end` or the footer; returns where the last one ends."""
+        view = memoryview(data)
+        at = len(MAGIC)
+        while at + RECORD.size <= end and not self.finished:
+            opcode, length = RECORD.unpack_from(data, at)
+            start = at + RECORD.size
+            if start + length > end:
+                break
+            self._record(opcode, view[start : start + length], at)
+            at = start + length
+        return at
+
+    def _record(self, opcode: int, body: memoryview, at: int) -> None:
+        if opcode == OP_CHUNK:
+            self._chunk(body, at)
+        elif opcode == OP_MESSAGE:
+            self._message(body, at)
+        elif opcode == OP_SCHEMA:
+            schema = _parsed("Schema", body, at)
+            self.schemas[schema.id] = (schema.name, schema.encoding)
+        elif opcode == OP_CHANNEL:
+            self._channel(_parsed("Channel", body, at), at)
+        elif opcode == OP_STATISTICS:
+            counted = _parsed("Statistics", body, at).message_count
+            held = self.counter - self.first
+            if counted != held:
+                raise CorruptError(f"holds {held} messages where its statistics count {counted}")
+        elif opcode == OP_FOOTER:
+            self.finished = True
+
+    def _channel(self, channel: Any, at: int) -> None:
+        if channel.schema_id not in self.schemas:
+            raise CorruptError(f"topic {channel.topic!r} at byte {at} has no schema")
+        name, _ = self.schemas[channel.schema_id]
+        topic = self.bag.topics.get(channel.topic)
+        if topic is None:
+            topic = self.bag.topics[channel.topic] = TopicMessages(
+                name=channel.topic,
+                type=name,
+                encoding=channel.message_encoding,
+                qos=channel.metadata.get("offered_qos_profiles", ""),
+            )
+        elif (topic.type, topic.encoding) != (name, channel.message_encoding):
+            raise InputError(
+                f"{self.file}: {channel.topic} is {topic.type} in one place and {name} in another"
+            )
+        self.channels[channel.id] = (
+            topic,
+            self.wanted is None or channel.topic in self.wanted,
+        )
+
+    def _message(self, body: memoryview, at: int) -> None:
+        if len(body) < MESSAGE.size:
+            raise CorruptError(f"the message at byte {at} is shorter than its own header")
+        channel, _, log_time, _ = MESSAGE.unpack_from(body)
+        if channel not in self.channels:
+            raise CorruptError(f"the message at byte {at} belongs to no channel")
+        topic, wanted = self.channels[channel]
+        if wanted:
+            topic.log_time_ns.append(log_time)
+            topic.order.append(self.counter)
+            topic.data.append(bytes(body[MESSAGE.size :]))
+        self.counter += 1
+
+    def _chunk(self, body: memoryview, at: int) -> None:
+        size, crc, compression, packed = _chunk_parts(body)
+        if packed is None:
+            raise CorruptError(f"the chunk at byte {at} is shorter than it says")
+        data = _unpack(compression, bytes(packed), f"chunk at byte {at}")
+        if len(data) != size or (crc and zlib.crc32(data) != crc):
+            raise CorruptError(f"the chunk at byte {at} does not have its size or checksum")
+        end = self._inner(data, at)
+        if end != len(data):
+            raise CorruptError(f"a record runs over the end of the chunk at byte {at}")
+
+    def _cut_chunk(self, body: memoryview) -> None:
+        """Of a chunk that the file's end cuts off: all messages that are whole in it."""
+        _, _, compression, packed = _chunk_parts(body, cut=True)
+        if packed is not None:
+            self._inner(_unpack(compression, bytes(packed), "last chunk"), len(body))
+
+    def _inner(self, data: bytes, at: int) -> int:
+        """Walk the records of a chunk; returns where the last whole one ends."""
+        position = 0
+        view = memoryview(data)
+        while position + RECORD.size <= len(data):
+            opcode, length = RECORD.unpack_from(data, position)
+            start = position + RECORD.size
+            if start + length > len(data):
+                break
+            if opcode == OP_MESSAGE:
+                self._message(view[start : start + length], at)
+            elif opcode in (OP_SCHEMA, OP_CHANNEL):
+                self._record(opcode, view[start : start + length], at)
+            position = start + length
+        return position
+
+
+def _parsed(kind: str, body: memoryview, at: int) -> Any:
+    from mcap import records
+    from mcap.data_stream import ReadDataStream
+    from mcap.exceptions import McapError
+
+    try:
+        return getattr(records, kind).read(ReadDataStream(BytesIO(bytes(body))))
+    except (McapError, struct.error, UnicodeDecodeError, MemoryError, OverflowError):
+        raise CorruptError(f"the {kind} record at byte {at} does not parse") from None
+
+
+def _chunk_parts(body: memoryview, *, cut: bool = False) -> tuple[int, int, str, memoryview | None]:
+    """Uncompressed size, CRC, compression and packed records of a chunk.
+
+    The records are None where the body ends before them, or, unless `cut`, within them.
+    """
+    at = CHUNK.size + 4
+    if len(body) < at:
+        return 0, 0, "", None
+    _, _, size, crc = CHUNK.unpack_from(body)
+    (letters,) = struct.unpack_from("<I", body, CHUNK.size)
+    if len(body) < at + letters + 8:
+        return size, crc, "", None
+    compression = bytes(body[at : at + letters]).decode("ascii", "replace")
+    (length,) = struct.unpack_from("<Q", body, at + letters)
+    packed = body[at + letters + 8 :][:length]
+    return size, crc, compression, packed if cut or len(packed) == length else None
+
+
+def _unpack(compression: str, data: bytes, what: str) -> bytes:
+    """Decompress as far as the data goes: a cut stream gives its whole blocks."""
+    unpackers: dict[str, Callable[[bytes], bytes]] = {
+        "": lambda packed: packed,
+        "zstd": _unpack_zstd,
+        "lz4": _unpack_lz4,
+    }
+    if compression not in unpackers:
+        raise CorruptError(f"the {what} is compressed by {compression!r}, expected zstd or lz4")
+    try:
+        return unpackers[compression](data)
+    except (ValueError, RuntimeError, MemoryError):
+        raise CorruptError(f"the {what} does not decompress") from None
+
+
+def _unpack_zstd(data: bytes) -> bytes:
+    import zstandard
+
+    try:
+        return zstandard.ZstdDecompressor().decompressobj().decompress(data)
+    except zstandard.ZstdError as error:
+        raise ValueError(error) from None
+
+
+def _unpack_lz4(data: bytes) -> bytes:
+    import lz4.frame
+
+    return bytes(lz4.frame.LZ4FrameDecompressor().decompress(data))
+
+
+def in_time_order(bag: Bag) -> Iterator[tuple[int, str, bytes]]:
+    """All messages kept as (log time in ns, topic name, data), by time, then in file order."""
+    entries = [
+        (log_time, order, topic.name, data)
+        for topic in bag.topics.values()
+        for log_time, order, data in zip(topic.log_time_ns, topic.order, topic.data, strict=True)
+    ]
+    entries.sort(key=lambda entry: entry[:2])
+    for log_time, _, name, data in entries:
+        yield log_time, name, data
