@@ -1,0 +1,1 @@
+"""The machine without ROS: motor, transmission, cascade, references, parameters and the engine."""

@@ -1,0 +1,201 @@
+"""Drive files: ROS 2 parameter files in, checked key by key, and out again.
+
+The same file serves nodes (`--params-file`) and offline commands (`--drive`). Nodes hand the flat
+parameters they were given to `drive_from_flat`; commands call `load_drive`.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import difflib
+import math
+import os
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from ..errors import InputError
+from .packed import MAX_SEGMENTS
+from .parameters import GROUPS, DriveParameters, Gains, check_relations, leaf_fields
+
+# Parameters of the nodes themselves (see nodes/), which a drive file may hold beside the drive's.
+NODE_KEYS = (
+    "use_sim_time",
+    "start_type_description_service",
+    "realtime",
+    "duration",
+    "partner_timeout",
+    "summary_file",
+    "reference",
+    "lookahead",
+    "window",
+    "out",
+    "overwrite",
+    "qos_overrides",
+)
+
+
+def config_folder() -> Path:
+    """Folder of the profiles that come with the package, installed or in the source tree."""
+    here = Path(__file__).resolve()
+    places = [here.parents[2] / "config"]
+    prefixes = os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep)
+    places += [Path(prefix, "share/ecyl_ros/config") for prefix in (*prefixes, sys.prefix) if prefix]
+    places += [parent / "share/ecyl_ros/config" for parent in here.parents]
+    for place in places:
+        if place.is_dir():
+            return place
+    raise InputError("ecyl_ros: its config folder is missing; expected share/ecyl_ros/config")
+
+
+def profiles() -> list[str]:
+    """Names of the profiles that come with the package."""
+    return sorted(path.stem for path in config_folder().glob("*.yaml"))
+
+
+def resolve_drive(name: str | os.PathLike[str]) -> Path:
+    """Path of a drive file given as a path or as a profile's name (`paper`, `bench`, ...)."""
+    path = Path(name)
+    if path.is_file():
+        return path
+    if str(name) in profiles():
+        return config_folder() / f"{name}.yaml"
+    raise InputError(
+        f"{name}: no such drive file; expected a ROS 2 parameter file or one of "
+        f"{', '.join(profiles())}"
+    )
+
+
+def _flatten(tree: Mapping[Any, Any], prefix: str = "") -> dict[str, Any]:
+    flat: dict[str, Any] = {}
+    for key, value in tree.items():
+        if isinstance(value, Mapping):
+            flat |= _flatten(value, f"{prefix}{key}.")
+        else:
+            flat[f"{prefix}{key}"] = value
+    return flat
+
+
+def read_parameter_file(path: Path) -> dict[str, Any]:
+    """Flat dotted parameters of a ROS 2 parameter file; later node patterns override earlier."""
+    try:
+        text = path.read_text(encoding="utf-8")
+        tree = yaml.safe_load(text)
+    except OSError as error:
+        raise InputError(f"{path}: {error.strerror}; expected a readable drive file") from None
+    except (yaml.YAMLError, UnicodeDecodeError, RecursionError, ValueError) as error:
+        mark = getattr(error, "problem_mark", None)
+        place = f" at line {mark.line + 1}" if mark else ""
+        raise InputError(f"{path}: not YAML{place}; expected a ROS 2 parameter file") from None
+    flat: dict[str, Any] = {}
+    found = False
+    for node, content in tree.items() if isinstance(tree, Mapping) else ():
+        if isinstance(content, Mapping) and isinstance(content.get("ros__parameters"), Mapping):
+            found = True
+            flat |= _flatten(content["ros__parameters"])
+        elif isinstance(content, Mapping) and any(
+            isinstance(inner, Mapping) and "ros__parameters" in inner for inner in content.values()
+        ):
+            raise InputError(
+                f"{path}: parameters below namespace {node}; expected them below '/**'"
+            )
+    if not found:
+        raise InputError(f"{path}: no 'ros__parameters'; expected '/**: ros__parameters: ...'")
+    return flat
+
+
+def _number(value: Any, meta: Mapping[str, Any], key: str, source: str, whole: bool) -> float | int:
+    unit, low, high = meta["unit"], meta["low"], meta["high"]
+    kind = "a whole number" if whole else "a number"
+    wanted = f"expected {kind} {'above' if meta['open_low'] else 'from'} {low:g} to {high:g} {unit}"
+    if isinstance(value, str):  # YAML 1.1 reads 1e3 (no dot) as text; ROS reads a number
+        try:
+            value = float(value)
+        except ValueError:
+            raise InputError(f"{source}: {key} = {value!r}, {wanted}") from None
+    if isinstance(value, bool) or not isinstance(value, int | float) or math.isnan(value):
+        raise InputError(f"{source}: {key} = {value!r}, {wanted}")
+    if whole and value != int(value if math.isfinite(value) else 0):
+        raise InputError(f"{source}: {key} = {value!r}, {wanted}")
+    if not low <= value <= high or (meta["open_low"] and value == low):
+        raise InputError(f"{source}: {key} = {value:g} {unit}, {wanted} (SI units throughout)")
+    return int(value) if whole else float(value)
+
+
+def _leaf(value: Any, item: dataclasses.Field, key: str, source: str) -> Any:
+    meta = item.metadata
+    if "choices" in meta:
+        if value not in meta["choices"]:
+            raise InputError(f"{source}: {key} = {value!r}, expected {' or '.join(meta['choices'])}")
+        return value
+    if str(item.type).startswith("tuple"):
+        values = [] if value is None else value
+        if isinstance(values, str | bytes) or not hasattr(values, "__iter__"):
+            values = [values]
+        values = list(values)
+        if len(values) > MAX_SEGMENTS or (not values and item.default is dataclasses.MISSING):
+            raise InputError(
+                f"{source}: {key} has {len(values)} values, expected 1 to {MAX_SEGMENTS} in "
+                f"{meta['unit']}"
+            )
+        return tuple(_number(one, meta, key, source, False) for one in values)
+    return _number(value, meta, key, source, str(item.type) == "int")
+
+
+def drive_from_flat(flat: Mapping[str, Any], source: str) -> DriveParameters:
+    """Build and check a drive from flat dotted parameters; `source` names them in errors.
+
+    Raises InputError for an unknown key (with the nearest known one), a missing key, a value that
+    is no number or beyond what is possible in its unit, and values that do not fit together.
+    """
+    leaves = leaf_fields()
+    values: dict[str, Any] = {}
+    for key, value in flat.items():
+        if key in leaves:
+            values[key] = _leaf(value, leaves[key], key, source)
+        elif key.split(".")[0] not in NODE_KEYS:
+            near = difflib.get_close_matches(key, leaves, n=1)
+            hint = f"; did you mean {near[0]}?" if near else "; see the drive file reference"
+            raise InputError(f"{source}: unknown key {key}{hint}")
+    for key, item in leaves.items():
+        missing = item.default is dataclasses.MISSING and key not in values
+        if missing:
+            unit = item.metadata["unit"]
+            raise InputError(f"{source}: {key} is missing; expected {item.metadata['meaning']}, {unit}")
+    groups = {}
+    for name, kind in GROUPS.items():
+        arguments: dict[str, Any] = {}
+        for item in dataclasses.fields(kind):
+            key = f"{name}.{item.name}"
+            if item.metadata:
+                if key in values:
+                    arguments[item.name] = values[key]
+            else:
+                gains = {g.name: values[f"{key}.{g.name}"] for g in dataclasses.fields(Gains)
+                         if f"{key}.{g.name}" in values}
+                arguments[item.name] = Gains(**gains)
+        groups[name] = kind(**arguments)
+    top = {key: value for key, value in values.items() if "." not in key}
+    drive = DriveParameters(**groups, **top)
+    check_relations(drive, source)
+    return drive
+
+
+def load_drive(name: str | os.PathLike[str]) -> DriveParameters:
+    """Read and check a drive file, given as a path or a profile's name."""
+    path = resolve_drive(name)
+    return drive_from_flat(read_parameter_file(path), str(path))
+
+
+def drive_to_flat(drive: DriveParameters) -> dict[str, Any]:
+    """Flat dotted parameters of `drive`, every key, in file order; tuples become lists."""
+    flat: dict[str, Any] = {}
+    for key in leaf_fields():
+        value: Any = drive
+        for part in key.split("."):
+            value = getattr(value, part)
+        flat[key] = list(value) if isinstance(value, tuple) else value
+    return flat

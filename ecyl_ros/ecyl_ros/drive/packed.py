@@ -1,0 +1,132 @@
+"""The drive's constants as one NumPy record, the form that compiled functions take them in.
+
+`DriveParameters` is what people and files see; `pack` turns it into a record of float64 with the
+derived quantities (deflections where stiffness segments meet, metres of rod per rotor radian) worked
+out once. A record keeps its field names inside compiled code and costs no more to pass than an array.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from .parameters import DriveParameters
+
+MAX_SEGMENTS = 8
+
+PACKED = np.dtype(
+    [
+        ("resistance", "f8"),
+        ("inductance", "f8"),
+        ("torque_constant", "f8"),
+        ("back_emf_constant", "f8"),
+        ("pole_pairs", "f8"),
+        ("rotor_inertia", "f8"),
+        ("rotor_viscous", "f8"),
+        ("rod_per_rotor", "f8"),  # m of rod per rad of rotor-side angle
+        ("half_backlash", "f8"),
+        ("segments", "i8"),
+        ("stiffness", "f8", (MAX_SEGMENTS,)),
+        ("deflection_start", "f8", (MAX_SEGMENTS,)),  # rad, where each segment begins
+        ("torque_start", "f8", (MAX_SEGMENTS,)),  # N m, elastic torque there
+        ("contact_damping", "f8"),
+        ("load_inertia", "f8"),
+        ("load_viscous", "f8"),
+        ("tick", "f8"),  # s, control period
+        ("substeps", "i8"),
+        ("feedback_rod", "i8"),
+        ("velocity_feedforward", "f8"),
+        ("position_kp", "f8"),
+        ("position_ki", "f8"),
+        ("speed_kp", "f8"),
+        ("speed_ki", "f8"),
+        ("current_kp", "f8"),
+        ("current_ki", "f8"),
+        ("speed_limit", "f8"),
+        ("current_limit", "f8"),
+        ("voltage_limit", "f8"),
+        ("rotor_position_noise", "f8"),
+        ("rotor_velocity_noise", "f8"),
+        ("current_noise", "f8"),
+        ("rod_position_noise", "f8"),
+        ("rotor_position_resolution", "f8"),
+        ("rod_position_resolution", "f8"),
+        ("noise_seed", "u8"),
+    ]
+)
+
+
+def fastest_rate(drive: DriveParameters) -> float:
+    """Largest rate constant of the plant, 1/s: contact resonance, contact damping or R/L."""
+    compliance = 1.0 / drive.motor.rotor_inertia + 1.0 / drive.load.inertia
+    resonance = math.sqrt(max(drive.transmission.stiffness) * compliance)
+    damping = drive.transmission.contact_damping * compliance
+    electrical = drive.motor.resistance / drive.motor.inductance
+    return max(resonance, damping, electrical)
+
+
+def choose_substeps(drive: DriveParameters) -> int:
+    """Sub-steps per control tick that keep rate x step <= 0.1.
+
+    A fourth-order step then errs by some 1e-6 of the fastest oscillation per radian of it;
+    `python benchmarks/convergence.py` prints what halving the step changes.
+    """
+    return max(1, math.ceil(fastest_rate(drive) / (0.1 * drive.controller.rate) - 1e-9))
+
+
+def pack(drive: DriveParameters, *, substeps: int | None = None) -> np.ndarray:
+    """Pack `drive` into a one-element record array of dtype `PACKED`.
+
+    `substeps` overrides the automatic choice (for convergence studies).
+    """
+    record = np.zeros(1, PACKED)
+    motor, transmission, load = drive.motor, drive.transmission, drive.load
+    controller, sensors = drive.controller, drive.sensors
+    values: dict[str, float] = {
+        "resistance": motor.resistance,
+        "inductance": motor.inductance,
+        "torque_constant": motor.torque_constant,
+        "back_emf_constant": motor.back_emf_constant,
+        "pole_pairs": motor.pole_pairs,
+        "rotor_inertia": motor.rotor_inertia,
+        "rotor_viscous": motor.viscous_friction,
+        "rod_per_rotor": transmission.rod_per_rotor,
+        "half_backlash": 0.5 * transmission.backlash,
+        "contact_damping": transmission.contact_damping,
+        "load_inertia": load.inertia,
+        "load_viscous": load.viscous_friction,
+        "tick": 1.0 / controller.rate,
+        "substeps": choose_substeps(drive) if substeps is None else substeps,
+        "feedback_rod": controller.feedback == "rod",
+        "velocity_feedforward": controller.velocity_feedforward,
+        "speed_limit": controller.speed_limit,
+        "current_limit": controller.current_limit,
+        "voltage_limit": controller.voltage_limit,
+        "rotor_position_noise": sensors.rotor_position_noise,
+        "rotor_velocity_noise": sensors.rotor_velocity_noise,
+        "current_noise": sensors.current_noise,
+        "rod_position_noise": sensors.rod_position_noise,
+        "rotor_position_resolution": sensors.rotor_position_resolution,
+        "rod_position_resolution": sensors.rod_position_resolution,
+        "noise_seed": sensors.noise_seed,
+    }
+    for loop in ("position", "speed", "current"):
+        gains = getattr(controller, loop)
+        values[f"{loop}_kp"] = gains.kp
+        # Equation (6) is the series form Kp Ki / s + Kp; the parallel form is kp + ki / s.
+        values[f"{loop}_ki"] = gains.kp * gains.ki if controller.form == "series" else gains.ki
+    for name, value in values.items():
+        record[name] = value
+
+    count = len(transmission.stiffness)
+    record["segments"] = count
+    deflection = torque = 0.0
+    for index, stiffness in enumerate(transmission.stiffness):
+        record["stiffness"][0, index] = stiffness
+        record["deflection_start"][0, index] = deflection
+        record["torque_start"][0, index] = torque
+        if index < count - 1:
+            deflection += (transmission.stiffness_breaks[index] - torque) / stiffness
+            torque = transmission.stiffness_breaks[index]
+    return record

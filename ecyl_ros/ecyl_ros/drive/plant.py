@@ -1,0 +1,163 @@
+"""The plant: motor, backlash transmission and load, advanced one control tick at a time.
+
+State vector (float64[6]): rotor angle rad, rotor speed rad/s, load angle rad (at the rotor), load
+speed rad/s, i_d A, i_q A. Between contacts the equations are smooth and a classical fourth-order
+Runge-Kutta step is used; where a flank meets or leaves, or a stiffness segment ends, within a step,
+the instant is located by bisection and the step is split there, so that the order survives contact.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from .compiled import kernel
+from .motor import current_derivatives, rotor_torque
+from .noise import gaussian
+from .transmission import contact_mode, mode_torque
+
+ROTOR_ANGLE, ROTOR_SPEED, LOAD_ANGLE, LOAD_SPEED, CURRENT_D, CURRENT_Q = range(6)
+STATE_SIZE = 6
+
+# What the plant's sensors give each tick (float64[7]), in this order.
+MEASURED = (
+    "rotor_position_rad",
+    "rotor_velocity_rad_per_s",
+    "rod_position_m",
+    "rod_velocity_m_per_s",
+    "current_d_a",
+    "current_q_a",
+    "transmitted_torque_nm",
+)
+
+_BISECTIONS = 40  # locates a contact to 1e-12 of a step
+_MAX_EVENTS = 64  # per sub-step; beyond it contact is a blur at this step and is integrated through
+
+
+@kernel
+def _derivative(y, u_d, u_q, mode, p):
+    twist_torque = mode_torque(y[0] - y[2], y[1] - y[3], mode, p)
+    slope_d, slope_q = current_derivatives(y[4], y[5], y[1], u_d, u_q, p)
+    return (
+        y[1],
+        (rotor_torque(y[5], y[1], p) - twist_torque) / p.rotor_inertia,
+        y[3],
+        (twist_torque - p.load_viscous * y[3]) / p.load_inertia,
+        slope_d,
+        slope_q,
+    )
+
+
+@kernel
+def _shifted(y, step, slope):
+    return (
+        y[0] + step * slope[0],
+        y[1] + step * slope[1],
+        y[2] + step * slope[2],
+        y[3] + step * slope[3],
+        y[4] + step * slope[4],
+        y[5] + step * slope[5],
+    )
+
+
+@kernel
+def _runge_kutta(y, u_d, u_q, mode, step, p):
+    k1 = _derivative(y, u_d, u_q, mode, p)
+    k2 = _derivative(_shifted(y, 0.5 * step, k1), u_d, u_q, mode, p)
+    k3 = _derivative(_shifted(y, 0.5 * step, k2), u_d, u_q, mode, p)
+    k4 = _derivative(_shifted(y, step, k3), u_d, u_q, mode, p)
+    sixth = step / 6.0
+    return (
+        y[0] + sixth * (k1[0] + 2.0 * (k2[0] + k3[0]) + k4[0]),
+        y[1] + sixth * (k1[1] + 2.0 * (k2[1] + k3[1]) + k4[1]),
+        y[2] + sixth * (k1[2] + 2.0 * (k2[2] + k3[2]) + k4[2]),
+        y[3] + sixth * (k1[3] + 2.0 * (k2[3] + k3[3]) + k4[3]),
+        y[4] + sixth * (k1[4] + 2.0 * (k2[4] + k3[4]) + k4[4]),
+        y[5] + sixth * (k1[5] + 2.0 * (k2[5] + k3[5]) + k4[5]),
+    )
+
+
+@kernel
+def _mode_of(y, p):
+    return contact_mode(y[0] - y[2], y[1] - y[3], p)
+
+
+@kernel
+def _substep(y, u_d, u_q, step, p):
+    remaining = step
+    for _ in range(_MAX_EVENTS):
+        mode = _mode_of(y, p)
+        after = _runge_kutta(y, u_d, u_q, mode, remaining, p)
+        if _mode_of(after, p) == mode:
+            return after
+        # The mode changes on the way: bisect for the first instant at which it has changed.
+        early, late = 0.0, remaining
+        for _ in range(_BISECTIONS):
+            middle = 0.5 * (early + late)
+            if _mode_of(_runge_kutta(y, u_d, u_q, mode, middle, p), p) == mode:
+                early = middle
+            else:
+                late = middle
+                after = _runge_kutta(y, u_d, u_q, mode, middle, p)
+        y = _runge_kutta(y, u_d, u_q, mode, late, p)
+        remaining -= late
+        if remaining <= 0.0:
+            return y
+    return _runge_kutta(y, u_d, u_q, _mode_of(y, p), remaining, p)
+
+
+@kernel
+def plant_step(state, u_d, u_q, params):
+    """Advance `state` (float64[6], in place) by one control tick with the voltages held, V."""
+    p = params[0]
+    y = (state[0], state[1], state[2], state[3], state[4], state[5])
+    step = p.tick / p.substeps
+    for _ in range(p.substeps):
+        y = _substep(y, u_d, u_q, step, p)
+    for index in range(STATE_SIZE):
+        state[index] = y[index]
+
+
+@kernel
+def _quantised(value, resolution):
+    if resolution > 0.0:
+        return resolution * math.floor(value / resolution + 0.5)
+    return value
+
+
+@kernel
+def _noise(std, seed, tick, channel):
+    if std > 0.0:
+        return std * gaussian(seed, tick, channel)
+    return 0.0
+
+
+@kernel
+def measure(state, tick, params, measured):
+    """Fill `measured` (float64[7], see `MEASURED`) with what the sensors give at `tick`.
+
+    Rod velocity, d current noise aside, and transmitted torque are the emulator's own truth: no
+    sensor model is given for them.
+    """
+    p = params[0]
+    seed = p.noise_seed
+    twist = state[0] - state[2]
+    rate = state[1] - state[3]
+    measured[0] = _quantised(
+        state[0] + _noise(p.rotor_position_noise, seed, tick, 0), p.rotor_position_resolution
+    )
+    measured[1] = state[1] + _noise(p.rotor_velocity_noise, seed, tick, 1)
+    measured[2] = _quantised(
+        state[2] * p.rod_per_rotor + _noise(p.rod_position_noise, seed, tick, 2),
+        p.rod_position_resolution,
+    )
+    measured[3] = state[3] * p.rod_per_rotor
+    measured[4] = state[4] + _noise(p.current_noise, seed, tick, 3)
+    measured[5] = state[5] + _noise(p.current_noise, seed, tick, 4)
+    measured[6] = mode_torque(twist, rate, contact_mode(twist, rate, p), p)
+
+
+def initial_state() -> np.ndarray:
+    """Plant state at rest, the transmission in the middle of its clearance."""
+    return np.zeros(STATE_SIZE)

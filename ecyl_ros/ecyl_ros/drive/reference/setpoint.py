@@ -1,0 +1,74 @@
+"""`setpoint`: follows live position setpoints within the drive's speed, acceleration and jerk.
+
+Each accepted setpoint is a new goal for an online trajectory generator (Ruckig), so that a step
+becomes a motion the drive can follow. Setpoints that are not finite, lie beyond the stroke, or ask
+for more speed than the drive's limit are refused and counted, never followed.
+"""
+
+from __future__ import annotations
+
+import math
+
+from ruckig import InputParameter, OutputParameter, Ruckig
+
+from ..parameters import LimitParameters
+
+
+class SetpointFollower:
+    """Turns setpoints into a smooth reference; `sample` must be called once per period, in order."""
+
+    def __init__(self, limits: LimitParameters, period_s: float) -> None:
+        """limits: of the drive. period_s: between two samples of the reference, s."""
+        self.limits = limits
+        self.refused = 0
+        self.accepted = 0
+        self._generator = Ruckig(1, period_s)
+        self._input = InputParameter(1)
+        self._output = OutputParameter(1)
+        self._input.max_velocity = [limits.speed]
+        self._input.max_acceleration = [limits.acceleration]
+        self._input.max_jerk = [limits.jerk]
+        self._input.target_position = [0.0]
+        self._last_time_s = 0.0
+        self._time_s = 0.0
+
+    def offer(self, position_m: float, time_s: float) -> str | None:
+        """Take a setpoint that arrived at `time_s`; returns why it is refused, or None.
+
+        The speed a setpoint asks for is its distance from the last accepted one over the time
+        since that one (since the start for the first).
+        """
+        reason = self._objection(position_m, time_s)
+        if reason is None:
+            self.accepted += 1
+            self._input.target_position = [position_m]
+            self._last_time_s = time_s
+        else:
+            self.refused += 1
+        return reason
+
+    def _objection(self, position_m: float, time_s: float) -> str | None:
+        limits = self.limits
+        if not math.isfinite(position_m):
+            return f"setpoint {position_m} is not finite, expected a rod position in m"
+        if not limits.stroke_min <= position_m <= limits.stroke_max:
+            return (
+                f"setpoint {position_m:g} m is beyond the stroke, expected "
+                f"{limits.stroke_min:g} to {limits.stroke_max:g} m"
+            )
+        distance = abs(position_m - self._input.target_position[0])
+        elapsed = time_s - self._last_time_s
+        if distance > limits.speed * elapsed * (1.0 + 1e-9):
+            return (
+                f"setpoint {position_m:g} m asks for {distance:g} m in {max(elapsed, 0.0):g} s, "
+                f"expected at most {limits.speed:g} m/s"
+            )
+        return None
+
+    def sample(self, time_s: float) -> tuple[float, float]:
+        """Position m and velocity m/s of the next period; `time_s` is only for the interface."""
+        if time_s <= 0.0:
+            return 0.0, 0.0
+        self._generator.update(self._input, self._output)
+        self._output.pass_to_input(self._input)
+        return self._output.new_position[0], self._output.new_velocity[0]

@@ -1,0 +1,47 @@
+"""Backlash and stiffness between rotor and load: equation (5), with stiffness in segments.
+
+The transmission is always in one *mode*: 0 when it transmits nothing, +(j + 1) or -(j + 1) when
+segment j of the positive or negative flank carries the torque. Within a mode the torque is linear,
+which is what lets the plant step be of full order between contacts.
+"""
+
+from __future__ import annotations
+
+from .compiled import kernel
+
+
+@kernel
+def contact_mode(twist, twist_rate, p):
+    """Mode for a twist rotor - load, rad, and its rate, rad/s.
+
+    A flank is in contact where it is overlapped and its torque, contact damping included, pushes;
+    damping alone never makes it pull.
+    """
+    overlap = abs(twist) - p.half_backlash
+    if overlap <= 0.0:
+        return 0
+    side = 1 if twist > 0.0 else -1
+    segment = 0
+    while segment + 1 < p.segments and overlap > p.deflection_start[segment + 1]:
+        segment += 1
+    elastic = p.torque_start[segment] + p.stiffness[segment] * (
+        overlap - p.deflection_start[segment]
+    )
+    if elastic + p.contact_damping * side * twist_rate <= 0.0:
+        return 0
+    return side * (segment + 1)
+
+
+@kernel
+def mode_torque(twist, twist_rate, mode, p):
+    """Torque that a given mode transmits from rotor to load, N m, linear in twist and rate."""
+    if mode == 0:
+        return 0.0
+    side = 1.0 if mode > 0 else -1.0
+    segment = abs(mode) - 1
+    overlap = side * twist - p.half_backlash
+    return (
+        side
+        * (p.torque_start[segment] + p.stiffness[segment] * (overlap - p.deflection_start[segment]))
+        + p.contact_damping * twist_rate
+    )
