@@ -181,7 +181,7 @@ class _FileReader:
         except CorruptError as error:
             why = f" ({error})"
         self.bag.notes += (
-            f"{self.file}: was cut off before its index, at byte {len(data)}: "
+            f"{self.file}: was cut off before its end, at byte {len(data)}: "
             f"{self.counter - self.first} whole messages kept{why}",
         )
 

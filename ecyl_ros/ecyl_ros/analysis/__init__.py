@@ -1,0 +1,1 @@
+"""What a recording says about tracking: error figures, lag, spectrum and empirical modes."""
