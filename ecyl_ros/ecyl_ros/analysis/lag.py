@@ -11,7 +11,7 @@ from ..recording.signals import FloatArray
 
 MAX_LAG_S = 1.0
 # A periodic reference fits equally well one period on. Lags whose residual power is within this
-# factor of the best count as equal, and the smallest that is not ahead of the reference is taken.
+# factor of the best count as equal.
 EQUAL = 1.1
 EQUAL_FLOOR = 1e-6
 
@@ -83,10 +83,8 @@ def lag_and_gain(
     if coarse is None:
         return _none("the reference does not move where its lag could be seen")
     best = _chosen(coarse, ahead)
-    if best in (0, coarse.size - 1):
-        return _none(
-            f"no lag between {-ahead / rate_hz:.3g} and {behind / rate_hz:.3g} s fits best"
-        )
+    if best is None:
+        return _none(f"no lag between {-ahead / rate_hz:.3g} and {behind / rate_hz:.3g} s fits")
     return _refined(reference - base, base, response, rate_hz, best - ahead)
 
 
@@ -113,16 +111,24 @@ def _whole_samples(r: FloatArray, y: FloatArray, ahead: int, behind: int) -> Flo
     return 1.0 - np.maximum(covariance, 0.0) ** 2 / (safe * power_y)
 
 
-def _chosen(residual: FloatArray, ahead: int) -> int:
-    """Index of the best lag; among equals the smallest that is not ahead of the reference."""
-    low = (residual[1:-1] <= residual[:-2]) & (residual[1:-1] <= residual[2:])
-    minima = np.flatnonzero(low) + 1
-    best = int(np.argmin(residual))
-    equal = minima[residual[minima] <= EQUAL * residual[best] + EQUAL_FLOOR]
-    causal = equal[equal >= ahead - 1]
-    if causal.size:
-        return int(causal[0])
-    return int(equal[-1]) if equal.size else best
+def _chosen(residual: FloatArray, ahead: int) -> int | None:
+    """Index of the best lag; None where the response follows at none.
+
+    Among equals the smallest is taken, where a lead counts as ten times its length.
+    """
+    inner = np.arange(1, residual.size - 1)
+    left, mid, right = residual[:-2], residual[1:-1], residual[2:]
+    low = (mid <= left) & (mid <= right) & (mid < 1.0 - EQUAL_FLOOR)
+    inner, left, mid, right = inner[low], left[low], mid[low], right[low]
+    if not inner.size or residual.min() < mid.min():  # nothing, or still falling at the edge
+        return None
+    # Between samples the residual is lower; a parabola says by how much, to a part of its bend.
+    bend = np.maximum(left - 2.0 * mid + right, np.finfo(float).tiny)
+    depth = np.maximum(mid - (left - right) ** 2 / (8.0 * bend), 0.0)
+    best = int(np.argmin(depth))
+    equal = depth <= EQUAL * depth[best] + EQUAL_FLOOR + 0.02 * bend[best]
+    lags = inner[equal] - ahead
+    return int(lags[np.argmin(np.where(lags < 0, -10 * lags, lags))]) + ahead
 
 
 def _refined(r: FloatArray, base: float, y: FloatArray, rate_hz: float, start: int) -> Lag:

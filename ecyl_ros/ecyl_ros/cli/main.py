@@ -1,4 +1,4 @@
-"""Entry point of the `ecyl` command: finds the verb's module, parses, runs, maps errors to exits."""
+"""Entry point of `ecyl`: finds the verb's module, parses, runs, maps errors to exit codes."""
 
 from __future__ import annotations
 
@@ -14,6 +14,8 @@ from ..errors import InputError
 # One module of this package per verb, with the line `ecyl --help` shows for it. Modules are
 # imported only when their verb is called, so that help stays fast.
 VERBS = {
+    "run": "launch the nodes, record the graph, print the tracking figures",
+    "simulate": "the same run on the engine alone, without a graph",
     "analyse": "tracking figures, spectrum and IMFs of a recording",
 }
 

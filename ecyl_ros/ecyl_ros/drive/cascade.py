@@ -10,6 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from .compiled import kernel
+from .interpolation import interpolate_reference
 
 CASCADE_STATE_SIZE = 3
 
@@ -49,6 +50,17 @@ def cascade_step(state, reference, reference_velocity, measured, params, voltage
     u_d = -p.pole_pairs * measured[1] * p.inductance * measured[5]
     voltage[0] = min(max(u_d, -p.voltage_limit), p.voltage_limit)
     voltage[1] = u_q
+
+
+@kernel
+def cascade_tick(state, before, after, phase, every, measured, params, wanted, voltage):
+    """Interpolate the reference at `phase` between two samples and run `cascade_step` on it.
+
+    before, after: float64[2], neighbouring reference samples, `every` ticks apart. wanted:
+    float64[2] scratch. The other arguments are those of `cascade_step`.
+    """
+    interpolate_reference(phase, every * params[0].tick, before, after, wanted)
+    cascade_step(state, wanted[0], wanted[1], measured, params, voltage)
 
 
 def initial_cascade_state() -> np.ndarray:

@@ -43,7 +43,9 @@ def config_folder() -> Path:
     here = Path(__file__).resolve()
     places = [here.parents[2] / "config"]
     prefixes = os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep)
-    places += [Path(prefix, "share/ecyl_ros/config") for prefix in (*prefixes, sys.prefix) if prefix]
+    places += [
+        Path(prefix, "share/ecyl_ros/config") for prefix in (*prefixes, sys.prefix) if prefix
+    ]
     places += [parent / "share/ecyl_ros/config" for parent in here.parents]
     for place in places:
         if place.is_dir():
@@ -129,7 +131,9 @@ def _leaf(value: Any, item: dataclasses.Field, key: str, source: str) -> Any:
     meta = item.metadata
     if "choices" in meta:
         if value not in meta["choices"]:
-            raise InputError(f"{source}: {key} = {value!r}, expected {' or '.join(meta['choices'])}")
+            raise InputError(
+                f"{source}: {key} = {value!r}, expected {' or '.join(meta['choices'])}"
+            )
         return value
     if str(item.type).startswith("tuple"):
         values = [] if value is None else value
@@ -164,7 +168,9 @@ def drive_from_flat(flat: Mapping[str, Any], source: str) -> DriveParameters:
         missing = item.default is dataclasses.MISSING and key not in values
         if missing:
             unit = item.metadata["unit"]
-            raise InputError(f"{source}: {key} is missing; expected {item.metadata['meaning']}, {unit}")
+            raise InputError(
+                f"{source}: {key} is missing; expected {item.metadata['meaning']}, {unit}"
+            )
     groups = {}
     for name, kind in GROUPS.items():
         arguments: dict[str, Any] = {}
@@ -174,8 +180,11 @@ def drive_from_flat(flat: Mapping[str, Any], source: str) -> DriveParameters:
                 if key in values:
                     arguments[item.name] = values[key]
             else:
-                gains = {g.name: values[f"{key}.{g.name}"] for g in dataclasses.fields(Gains)
-                         if f"{key}.{g.name}" in values}
+                gains = {
+                    g.name: values[f"{key}.{g.name}"]
+                    for g in dataclasses.fields(Gains)
+                    if f"{key}.{g.name}" in values
+                }
                 arguments[item.name] = Gains(**gains)
         groups[name] = kind(**arguments)
     top = {key: value for key, value in values.items() if "." not in key}

@@ -11,12 +11,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .cascade import cascade_step, initial_cascade_state
+from .cascade import cascade_tick, initial_cascade_state
 from .compiled import kernel
-from .interpolation import interpolate_reference
 from .packed import pack
 from .parameters import DriveParameters
-from .plant import MEASURED, STATE_SIZE, initial_state, measure, plant_step
+from .plant import MEASURED, STATE_SIZE, apply_voltage, initial_state, measure
 
 REFERENCE, REFERENCE_VELOCITY = 0, 1
 VOLTAGE = 2  # columns VOLTAGE, VOLTAGE + 1: u_d, u_q
@@ -38,13 +37,21 @@ def run_ticks(
     """
     wanted = np.empty(2)
     delay = pending.shape[0] - 1
-    period = every * params[0].tick
     for tick in range(first_tick, first_tick + ticks):
         measure(plant, tick, params, inputs)
         index = tick // every
         phase = (tick - index * every) / every
-        interpolate_reference(phase, period, reference[index], reference[index + 1], wanted)
-        cascade_step(cascade, wanted[0], wanted[1], inputs, params, pending[delay])
+        cascade_tick(
+            cascade,
+            reference[index],
+            reference[index + 1],
+            phase,
+            every,
+            inputs,
+            params,
+            wanted,
+            pending[delay],
+        )
         if phase == 0.0:
             row = samples[index]
             row[REFERENCE] = reference[index, 0]
@@ -55,10 +62,7 @@ def run_ticks(
                 row[MEASUREMENT + column] = inputs[column]
             row[LOAD] = plant[2]
             row[LOAD + 1] = plant[3]
-        plant_step(plant, pending[0, 0], pending[0, 1], params)
-        for slot in range(delay):
-            pending[slot, 0] = pending[slot + 1, 0]
-            pending[slot, 1] = pending[slot + 1, 1]
+        apply_voltage(plant, pending, params)
 
 
 @dataclass(frozen=True)
@@ -124,9 +128,7 @@ def simulate(
     block = max(1, ticks if progress is None else ticks // 100)
     for first in range(0, ticks, block):
         count = min(block, ticks - first)
-        run_ticks(
-            first, count, every, wanted, plant, cascade, pending, params, samples, scratch
-        )
+        run_ticks(first, count, every, wanted, plant, cascade, pending, params, samples, scratch)
         if progress is not None:
             progress((first + count) / ticks)
     return Simulation(samples, drive.sample_rate, plant)

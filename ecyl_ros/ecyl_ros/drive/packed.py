@@ -1,8 +1,9 @@
 """The drive's constants as one NumPy record, the form that compiled functions take them in.
 
 `DriveParameters` is what people and files see; `pack` turns it into a record of float64 with the
-derived quantities (deflections where stiffness segments meet, metres of rod per rotor radian) worked
-out once. A record keeps its field names inside compiled code and costs no more to pass than an array.
+derived quantities (deflections where stiffness segments meet, metres of rod per rotor radian)
+worked out once. A record keeps its field names inside compiled code and costs no more to pass than
+an array.
 """
 
 from __future__ import annotations

@@ -158,6 +158,26 @@ def measure(state, tick, params, measured):
     measured[6] = mode_torque(twist, rate, contact_mode(twist, rate, p), p)
 
 
+@kernel
+def apply_voltage(state, pending, params):
+    """Advance one tick with the oldest of the `pending` voltages and move the queue up.
+
+    pending: float64[delay + 1, 2], (u_d, u_q) in V; the newest stands last and stays there, held,
+    until it is overwritten.
+    """
+    plant_step(state, pending[0, 0], pending[0, 1], params)
+    for slot in range(pending.shape[0] - 1):
+        pending[slot, 0] = pending[slot + 1, 0]
+        pending[slot, 1] = pending[slot + 1, 1]
+
+
+@kernel
+def apply_and_measure(state, pending, next_tick, params, measured):
+    """`apply_voltage`, then `measure` at `next_tick`: what the plant node does with a command."""
+    apply_voltage(state, pending, params)
+    measure(state, next_tick, params, measured)
+
+
 def initial_state() -> np.ndarray:
     """Plant state at rest, the transmission in the middle of its clearance."""
     return np.zeros(STATE_SIZE)

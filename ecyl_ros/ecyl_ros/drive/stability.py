@@ -75,9 +75,7 @@ def closed_loop_matrix(drive: DriveParameters, stiffness: float) -> np.ndarray:
     ):
         loop[row] = integral + p["tick"] * error
     for slot in range(delay):  # the queue of voltages on their way
-        loop[order + 3 + slot] = (
-            np.eye(size)[order + 4 + slot] if slot + 1 < delay else voltage
-        )
+        loop[order + 3 + slot] = np.eye(size)[order + 4 + slot] if slot + 1 < delay else voltage
     return loop
 
 

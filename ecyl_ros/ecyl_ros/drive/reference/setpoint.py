@@ -15,22 +15,26 @@ from ..parameters import LimitParameters
 
 
 class SetpointFollower:
-    """Turns setpoints into a smooth reference; `sample` must be called once per period, in order."""
+    """Turns setpoints into a smooth reference; call `sample` once per period, in order."""
 
-    def __init__(self, limits: LimitParameters, period_s: float) -> None:
-        """limits: of the drive. period_s: between two samples of the reference, s."""
-        self.limits = limits
+    def __init__(self, limits: LimitParameters, period_s: float, start_m: float = 0.0) -> None:
+        """limits: of the drive. period_s: between two samples, s. start_m: where the rod rests."""
         self.refused = 0
         self.accepted = 0
         self._generator = Ruckig(1, period_s)
         self._input = InputParameter(1)
         self._output = OutputParameter(1)
+        self._input.current_position = self._input.target_position = [start_m]
+        self.change_limits(limits)
+        self._last_time_s = 0.0
+        self._time_s = 0.0
+
+    def change_limits(self, limits: LimitParameters) -> None:
+        """Follow within other limits from the next sample on."""
+        self.limits = limits
         self._input.max_velocity = [limits.speed]
         self._input.max_acceleration = [limits.acceleration]
         self._input.max_jerk = [limits.jerk]
-        self._input.target_position = [0.0]
-        self._last_time_s = 0.0
-        self._time_s = 0.0
 
     def offer(self, position_m: float, time_s: float) -> str | None:
         """Take a setpoint that arrived at `time_s`; returns why it is refused, or None.
@@ -68,7 +72,7 @@ class SetpointFollower:
     def sample(self, time_s: float) -> tuple[float, float]:
         """Position m and velocity m/s of the next period; `time_s` is only for the interface."""
         if time_s <= 0.0:
-            return 0.0, 0.0
+            return self._input.current_position[0], 0.0
         self._generator.update(self._input, self._output)
         self._output.pass_to_input(self._input)
         return self._output.new_position[0], self._output.new_velocity[0]

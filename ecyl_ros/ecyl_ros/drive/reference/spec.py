@@ -24,8 +24,17 @@ from .sine import Sine
 KINDS: dict[str, type] = {"sine": Sine, "chirp": Chirp, "moves": Moves, "multisine": Multisine}
 
 # Arguments that must be above zero for the motion to mean anything.
-_POSITIVE = ("amplitude", "frequency", "start", "end", "sweep", "base", "speed", "acceleration",
-             "jerk")
+_POSITIVE = (
+    "amplitude",
+    "frequency",
+    "start",
+    "end",
+    "sweep",
+    "base",
+    "speed",
+    "acceleration",
+    "jerk",
+)
 PEAK_SAMPLES = 20000  # how finely a reference is walked to check it against stroke and speed
 
 
@@ -79,7 +88,9 @@ def _parse(kind_name: str, text: str, limits: LimitParameters, spec: str) -> Ref
             arguments.setdefault(name, getattr(limits, name))
     for name, item in known.items():
         if item.default is dataclasses.MISSING and name not in arguments:
-            raise InputError(f"reference {spec}: {name} is missing; expected {kind_name}:{name}=...")
+            raise InputError(
+                f"reference {spec}: {name} is missing; expected {kind_name}:{name}=..."
+            )
     return kind(**arguments)
 
 

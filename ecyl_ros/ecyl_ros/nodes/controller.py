@@ -1,0 +1,196 @@
+"""The controller node: position, speed and current loop, one voltage per measurement."""
+
+from __future__ import annotations
+
+from collections import deque
+
+import numpy as np
+from geometry_msgs.msg import Vector3, Vector3Stamped
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Header
+
+from ..drive.cascade import cascade_tick, initial_cascade_state
+from ..drive.packed import pack
+from ..drive.parameters import DriveParameters
+from ..drive.plant import MEASURED
+from ..drive.stability import check_stability
+from ..errors import InputError
+from . import wire
+from .drive_node import DriveNode
+from .realtime import with_transport_delay
+from .run_node import run_node
+
+BUFFERED_REFERENCES = 4096
+
+
+class Controller(DriveNode):
+    """Answers every measurement of the plant with a voltage, once the reference for it is there."""
+
+    live = ("controller.",)
+
+    def __init__(self, **options) -> None:
+        super().__init__("controller", {}, **options)
+        self.realtime: bool = self.option("realtime")
+        if self.realtime:
+            self.drive = with_transport_delay(self.drive, self.get_logger())
+        check_stability(self.drive, "node controller")
+        self._rate = self.drive.controller.rate
+        self._every = self.drive.telemetry_every
+        self._params = pack(self.drive)
+        self._state = initial_cascade_state()
+        self._measured = np.zeros(len(MEASURED))
+        self._wanted = np.zeros(2)
+        self._voltage = np.zeros(2)
+        self._before, self._after = np.zeros(2), np.zeros(2)
+        self._before_ns: int | None = None
+        self._after_ns: int | None = None
+        self._references: deque[tuple[int, float, float]] = deque(maxlen=BUFFERED_REFERENCES)
+        self._last_reference_ns = -1
+        self._joints: tuple[int, JointState] | None = None
+        self._current: tuple[int, Vector3Stamped] | None = None
+        self._answered_ns = -1
+        self.unreferenced = 0  # real time: ticks for which no reference had come
+
+        scratch = initial_cascade_state()
+        self._run_cascade(scratch, 0.0)  # compile, or load from cache, before the first tick
+
+        self._commands = self.create_publisher(Vector3Stamped, wire.CONTROL_VOLTAGE, wire.control())
+        self._telemetry = self.create_publisher(Vector3Stamped, wire.VOLTAGE, wire.lossless())
+        self.create_subscription(
+            JointState,
+            wire.CONTROL_REFERENCE,
+            self._on_reference,
+            wire.latched(BUFFERED_REFERENCES),
+        )
+        self.create_subscription(
+            Vector3Stamped, wire.CONTROL_CURRENT, self._on_current, wire.control()
+        )
+        self.create_subscription(
+            JointState, wire.CONTROL_JOINT_STATES, self._on_joints, wire.control()
+        )
+
+    # --- reference -----------------------------------------------------------------------------
+
+    def _on_reference(self, message: JointState) -> None:
+        stamp_ns = wire.to_ns(message.header.stamp)
+        if stamp_ns <= self._last_reference_ns:
+            # The reference began again, for a new run or as a new process: what it says now holds.
+            self._references.clear()
+            self._after_ns = None
+        self._last_reference_ns = stamp_ns
+        velocity = message.velocity[0] if len(message.velocity) else float("nan")
+        self._references.append((stamp_ns, message.position[0], velocity))
+        if self._joints is not None:
+            self._answer()
+
+    def _bracket(self, stamp_ns: int) -> bool:
+        """Bring the reference samples around `stamp_ns` in place; False if they are not there."""
+        while self._references and (self._after_ns is None or self._after_ns <= stamp_ns):
+            if self._after_ns is not None:
+                self._before[:] = self._after
+                self._before_ns = self._after_ns
+            self._after_ns, self._after[0], self._after[1] = self._references.popleft()
+        if self._before_ns is None or self._after_ns is None:
+            return False
+        return self._before_ns <= stamp_ns < self._after_ns
+
+    # --- measurement ---------------------------------------------------------------------------
+
+    def _on_current(self, message: Vector3Stamped) -> None:
+        stamp = message.header.stamp
+        self._current = (stamp.sec * wire.NANOSECONDS + stamp.nanosec, message)
+        if self._joints is not None:
+            self._answer()
+
+    def _on_joints(self, message: JointState) -> None:
+        stamp = message.header.stamp
+        self._joints = (stamp.sec * wire.NANOSECONDS + stamp.nanosec, message)
+        self._answer()
+
+    def _answer(self) -> None:
+        """Publish the voltage for the newest measurement, if all it takes has come."""
+        if self._joints is None or self._current is None or self._joints[0] != self._current[0]:
+            return
+        stamp_ns, joints = self._joints
+        self.heard_partner()
+        if stamp_ns == self._answered_ns:  # said again: the answer may have been lost
+            self._joints = None
+            self._publish(joints.header)
+            return
+        if stamp_ns < self._answered_ns:
+            self.get_logger().info("the plant began anew: integrals reset")
+            self._state = initial_cascade_state()
+            self._before_ns = None
+        phase = 0.0
+        if self._bracket(stamp_ns) and self._before_ns is not None:
+            ticks = round((stamp_ns - self._before_ns) * self._rate / wire.NANOSECONDS)
+            phase = ticks / self._every
+        elif not self.realtime:
+            return  # lockstep waits for the reference
+        else:
+            self.unreferenced += 1
+            if self._before_ns is None:
+                return  # nothing to hold yet
+        measured = self._measured
+        measured[0], measured[2] = joints.position
+        measured[1], measured[3] = joints.velocity
+        vector = self._current[1].vector
+        measured[4], measured[5] = vector.x, vector.y
+        self._run_cascade(self._state, phase)
+        first = self._answered_ns < 0
+        self._answered_ns, self._joints = stamp_ns, None
+        self._publish(joints.header, telemetry=phase == 0.0)
+        if first:
+            self.get_logger().info("first measurement answered")
+
+    def _run_cascade(self, state: np.ndarray, phase: float) -> None:
+        cascade_tick(
+            state,
+            self._before,
+            self._after,
+            phase,
+            self._every,
+            self._measured,
+            self._params,
+            self._wanted,
+            self._voltage,
+        )
+
+    def _publish(self, header: Header, telemetry: bool = False) -> None:
+        u_d, u_q = self._voltage.tolist()
+        message = Vector3Stamped(
+            header=Header(stamp=header.stamp, frame_id=wire.DQ_FRAME),
+            vector=Vector3(x=u_d, y=u_q, z=0.0),
+        )
+        self._commands.publish(message)
+        if telemetry:
+            self._telemetry.publish(message)
+
+    # --- partners and parameters ---------------------------------------------------------------
+
+    def waiting_for(self) -> str | None:
+        """The reference while a measurement waits for it, otherwise the plant."""
+        if self._joints is not None and self._current is not None:
+            return "a reference on " + self.resolve_topic_name(wire.CONTROL_REFERENCE)
+        return "a plant on " + self.resolve_topic_name(wire.CONTROL_JOINT_STATES)
+
+    def on_drive_changed(self, drive: DriveParameters) -> None:
+        """Take over changed gains and limits between two ticks, if the loop stays stable."""
+        fixed = ("rate", "delay_ticks")
+        for key in fixed:
+            if getattr(drive.controller, key) != getattr(self.drive.controller, key):
+                raise InputError(f"controller.{key} is read at start only")
+        check_stability(drive, "node controller")
+        self._params = pack(drive)
+
+    def close(self) -> None:
+        """Say what a real-time run was short of."""
+        if self.unreferenced:
+            self.get_logger().warning(
+                f"{self.unreferenced} ticks without a reference: the last one was held"
+            )
+
+
+def main(args: list[str] | None = None) -> int:
+    """Entry point of `controller`."""
+    return run_node(Controller, args)

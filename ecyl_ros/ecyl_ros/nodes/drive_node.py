@@ -1,0 +1,149 @@
+"""What all nodes of the drive share: parameters from the drive file, partners, and an end."""
+
+from __future__ import annotations
+
+import array
+import math
+import time
+from typing import Any
+
+from rcl_interfaces.msg import ParameterDescriptor, SetParametersResult
+from rclpy.clock import Clock, ClockType
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+from rclpy.task import Future
+
+from ..drive.drive_file import drive_from_flat, drive_to_flat
+from ..drive.parameters import DriveParameters, leaf_fields
+from ..errors import InputError
+
+WATCH_PERIOD_S = 0.25
+SAY_AFTER_S = 2.0
+
+# Parameters every node has beside the drive's: name -> (default, meaning).
+COMMON_PARAMETERS: dict[str, tuple[Any, str]] = {
+    "realtime": (False, "pace by the wall clock; otherwise in lockstep with the controller"),
+    "partner_timeout": (60.0, "s a node waits for a silent partner before it ends; 0: for ever"),
+}
+
+
+class DriveNode(Node):
+    """A node that knows the drive's parameters.
+
+    The parameters of the drive file become parameters of the node, described and checked; unknown
+    keys and impossible values end the node with InputError. `live` names the prefixes whose values
+    may be changed while running; `on_drive_changed` is then called.
+
+    `done` is a future the node completes, with (exit code, reason), when its work is over.
+    """
+
+    live: tuple[str, ...] = ()
+
+    def __init__(self, name: str, own: dict[str, tuple[Any, str]], **options: Any) -> None:
+        """own: this node's further parameters, name -> (default, meaning)."""
+        super().__init__(name, **options)
+        self.done: Future = Future()
+        self._own = COMMON_PARAMETERS | own
+        # Read before declaring: rclpy cannot declare an empty list from a file, and only what
+        # was given shows which keys nobody knows.
+        given = {key: item.value for key, item in self._parameter_overrides.items()}
+        self.drive: DriveParameters = drive_from_flat(given, f"node {name}")
+        self._declare(given)
+        self._heard = time.monotonic()
+        self._said = 0.0
+        self.add_on_set_parameters_callback(self._check_change)
+        self._watch = self.create_timer(
+            WATCH_PERIOD_S, self._watch_partner, clock=Clock(clock_type=ClockType.STEADY_TIME)
+        )
+
+    def _declare(self, given: dict[str, Any]) -> None:
+        """Declare every parameter with its meaning and one type, whatever the file wrote."""
+        leaves = leaf_fields()
+        for key, value in drive_to_flat(self.drive).items():
+            meta = leaves[key].metadata
+            meaning = f"{meta.get('meaning', '')} [{meta.get('unit', '')}]".strip(" []")
+            if isinstance(value, list):
+                value = array.array("d", value) if value else Parameter.Type.DOUBLE_ARRAY
+            self._declare_one(key, value, meaning)
+        for key, (default, meaning) in self._own.items():
+            value = given.get(key, default)
+            kind = type(default)
+            if kind is float and isinstance(value, int) and not isinstance(value, bool):
+                value = float(value)
+            if type(value) is not kind or (kind is float and not math.isfinite(value)):
+                wanted = f"expected {kind.__name__}: {meaning}"
+                raise InputError(f"node {self.get_name()}: {key} = {value!r}, {wanted}")
+            self._declare_one(key, value, meaning)
+
+    def _declare_one(self, key: str, value: Any, meaning: str) -> None:
+        descriptor = ParameterDescriptor(description=meaning)
+        self.declare_parameter(key, value, descriptor, ignore_override=True)
+
+    def option(self, key: str) -> Any:
+        """Value of one of the node's own parameters."""
+        return self.get_parameter(key).value
+
+    def _check_change(self, changes: list[Parameter]) -> SetParametersResult:
+        leaves = leaf_fields()
+        flat = drive_to_flat(self.drive)
+        for change in changes:
+            if change.name in leaves:
+                if not change.name.startswith(self.live):
+                    return SetParametersResult(
+                        successful=False, reason=f"{change.name} is read at start only"
+                    )
+                flat[change.name] = change.value
+            elif change.name in self._own:
+                return SetParametersResult(
+                    successful=False, reason=f"{change.name} is read at start only"
+                )
+        try:
+            drive = drive_from_flat(flat, f"node {self.get_name()}")
+            if drive != self.drive:
+                self.on_drive_changed(drive)
+        except InputError as error:
+            return SetParametersResult(successful=False, reason=str(error))
+        self.drive = drive
+        return SetParametersResult(successful=True)
+
+    def on_drive_changed(self, drive: DriveParameters) -> None:
+        """Take over changed parameters; raise InputError to refuse them."""
+
+    def heard_partner(self) -> None:
+        """Note that the partner is alive."""
+        self._heard = time.monotonic()
+
+    def waiting_for(self) -> str | None:
+        """What the node is waiting for, or None when it waits for nobody."""
+        return None
+
+    def while_waiting(self) -> None:
+        """Called every `WATCH_PERIOD_S` while the partner is silent."""
+
+    def _watch_partner(self) -> None:
+        partner = self.waiting_for()
+        if partner is None or self.done.done():
+            self._heard = time.monotonic()
+            return
+        silent = time.monotonic() - self._heard
+        if silent < WATCH_PERIOD_S:
+            if self._said:
+                self.get_logger().info("heard again, going on")
+            self._said = 0.0
+            return
+        self.while_waiting()
+        limit = self.option("partner_timeout")
+        if limit and silent > limit:
+            self.finish(1, f"gave up waiting for {partner} after {limit:g} s")
+        elif silent > max(SAY_AFTER_S, 2.0 * self._said):
+            self._said = silent
+            self.get_logger().warning(f"waiting for {partner} ({silent:.0f} s)")
+
+    def finish(self, code: int, reason: str) -> None:
+        """End the node: its main function returns `code` after logging `reason`."""
+        if not self.done.done():
+            (self.get_logger().error if code else self.get_logger().info)(reason)
+            self.done.set_result((code, reason))
+
+    def close(self) -> None:
+        """Put away what the node holds; called once after spinning, whatever ended it."""

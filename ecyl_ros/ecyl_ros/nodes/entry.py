@@ -1,0 +1,43 @@
+"""Entry points of the nodes: light to import, so that Ctrl-C during start ends quietly too."""
+
+from __future__ import annotations
+
+import importlib
+import sys
+
+
+def run(name: str, args: list[str] | None = None) -> int:
+    """Import the module of node `name` and run its `main`."""
+    try:
+        return importlib.import_module(f"{__package__}.{name}").main(args)
+    except KeyboardInterrupt:
+        return 0
+
+
+def plant() -> int:
+    """`ros2 run ecyl_ros plant`."""
+    return run("plant")
+
+
+def controller() -> int:
+    """`ros2 run ecyl_ros controller`."""
+    return run("controller")
+
+
+def reference() -> int:
+    """`ros2 run ecyl_ros reference`."""
+    return run("reference")
+
+
+def analyser() -> int:
+    """`ros2 run ecyl_ros analyser`."""
+    return run("analyser")
+
+
+def recorder() -> int:
+    """`ros2 run ecyl_ros recorder`."""
+    return run("recorder")
+
+
+if __name__ == "__main__":
+    sys.exit(run(sys.argv[1], sys.argv[1:]))

@@ -1,0 +1,74 @@
+"""Run all nodes in one process, on one executor."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+import rclpy
+from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.parameter import Parameter
+
+from .analyser import Analyser
+from .controller import Controller
+from .drive_node import DriveNode
+from .launcher import GraphError
+from .plant import Plant
+from .recorder import Recorder
+from .reference import ReferenceGenerator
+
+CLASSES: dict[str, Callable[..., DriveNode]] = {
+    "recorder": Recorder,
+    "analyser": Analyser,
+    "reference": ReferenceGenerator,
+    "controller": Controller,
+    "plant": Plant,
+}
+PROGRESS_S = 0.1
+
+
+def run_in_process(
+    drive_file: Path,
+    parameters: Mapping[str, Mapping[str, Any]],
+    progress: Callable[[], None],
+    *,
+    log_level: str = "warn",
+    names: tuple[str, ...] = tuple(CLASSES),
+) -> None:
+    """Run the graph until the plant and, if there is one, the recorder are through.
+
+    Raises KeyboardInterrupt if it was interrupted (the recording is closed first), GraphError if a
+    node ended for a reason of its own.
+    """
+    arguments = ["--ros-args", "--params-file", str(drive_file), "--log-level", log_level]
+    nodes: dict[str, DriveNode] = {}
+    rclpy.init(args=["ecyl", "--ros-args", "--log-level", log_level])
+    try:
+        executor = SingleThreadedExecutor()
+        for name in names:
+            overrides = [
+                Parameter(key, value=value) for key, value in parameters.get(name, {}).items()
+            ]
+            nodes[name] = CLASSES[name](cli_args=arguments, parameter_overrides=overrides)
+            executor.add_node(nodes[name])
+        nodes["plant"].create_timer(PROGRESS_S, progress)
+        for name in ("plant", "recorder"):
+            if name in nodes:
+                _spin(executor, nodes, name)
+    except ExternalShutdownException:
+        raise KeyboardInterrupt from None
+    finally:
+        for node in nodes.values():
+            node.close()
+            node.destroy_node()
+        rclpy.try_shutdown()
+
+
+def _spin(executor: SingleThreadedExecutor, nodes: Mapping[str, DriveNode], name: str) -> None:
+    executor.spin_until_future_complete(nodes[name].done)
+    for other, node in nodes.items():
+        if node.done.done() and node.done.result()[0]:
+            raise GraphError(f"the {other} node ended early: {node.done.result()[1]}")
+    if not nodes[name].done.done():
+        raise KeyboardInterrupt

@@ -1,0 +1,105 @@
+"""Run the nodes as processes of their own, and end them whatever happens.
+
+Plant, controller, reference, analyser and recorder are started, watched and stopped. None outlives
+the launcher: should it be killed, the kernel asks every child to end.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+NODES = ("recorder", "analyser", "reference", "controller", "plant")
+END_PATIENCE_S = 15.0  # for the recorder to get the last samples after the plant is through
+STOP_PATIENCE_S = 5.0
+POLL_S = 0.02
+
+_PR_SET_PDEATHSIG = 1
+
+
+class GraphError(Exception):
+    """A node ended before its time; the message names it."""
+
+
+def _die_with_parent() -> None:
+    """In the child: be sent SIGTERM when the parent dies (Linux; elsewhere nodes time out)."""
+    if sys.platform.startswith("linux"):
+        ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGTERM)
+
+
+def _yaml_word(value: Any) -> str:
+    """A parameter value as `-p name:=value` takes it."""
+    return json.dumps(value)
+
+
+class NodeProcesses:
+    """The graph as processes. Use as a context manager; leaving it ends every node."""
+
+    def __init__(
+        self,
+        drive_file: Path,
+        parameters: Mapping[str, Mapping[str, Any]],
+        *,
+        log_level: str = "warn",
+        nodes: Sequence[str] = NODES,
+    ) -> None:
+        """parameters: node name -> its own parameters beside the drive file's."""
+        self._drive_file = drive_file
+        self._parameters = parameters
+        self._log_level = log_level
+        self._names = nodes
+        self.processes: dict[str, subprocess.Popen] = {}
+
+    def __enter__(self) -> NodeProcesses:
+        for name in self._names:
+            command = [sys.executable, "-m", "ecyl_ros.nodes.entry", name, "--ros-args"]
+            command += ["--params-file", str(self._drive_file), "--log-level", self._log_level]
+            for key, value in self._parameters.get(name, {}).items():
+                command += ["-p", f"{key}:={_yaml_word(value)}"]
+            # A session of its own: Ctrl-C reaches the launcher, which ends the nodes in order.
+            self.processes[name] = subprocess.Popen(
+                command, start_new_session=True, preexec_fn=_die_with_parent, cwd=os.getcwd()
+            )
+        return self
+
+    def wait(self, progress: Callable[[], None], duration_known: bool) -> None:
+        """Wait until plant and recorder are through; raises GraphError if a node ends early."""
+        deadline = None
+        while True:
+            codes = {name: process.poll() for name, process in self.processes.items()}
+            for name, code in codes.items():
+                through = code == 0 and duration_known and name in ("plant", "recorder")
+                if code is not None and not through:
+                    raise GraphError(f"the {name} node ended early ({_ending(code)})")
+            if codes.get("plant") == 0:
+                if codes.get("recorder", 0) == 0:
+                    return
+                deadline = deadline or time.monotonic() + END_PATIENCE_S
+                if time.monotonic() > deadline:
+                    raise GraphError("the recorder did not get the last samples")
+            progress()
+            time.sleep(POLL_S)
+
+    def __exit__(self, *_: object) -> None:
+        alive = [process for process in self.processes.values() if process.poll() is None]
+        for process in alive:
+            process.send_signal(signal.SIGINT)
+        deadline = time.monotonic() + STOP_PATIENCE_S
+        for process in alive:
+            try:
+                process.wait(max(0.1, deadline - time.monotonic()))
+            except subprocess.TimeoutExpired:
+                process.kill()
+                process.wait()
+
+
+def _ending(code: int) -> str:
+    return f"signal {signal.Signals(-code).name}" if code < 0 else f"exit code {code}"

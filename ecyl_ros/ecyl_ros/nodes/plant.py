@@ -1,0 +1,301 @@
+"""The plant node: motor, transmission and load, stepped by the controller's commands.
+
+Lockstep: a tick's measurement goes out, the plant advances when the command for that tick has come.
+Real time: a wall timer sets the pace, the last command is held, late and stale ticks are counted.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import time
+from pathlib import Path
+
+import numpy as np
+from builtin_interfaces.msg import Time
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from geometry_msgs.msg import Vector3, Vector3Stamped
+from rclpy.clock import Clock, ClockType
+from rclpy.duration import Duration
+from rosgraph_msgs.msg import Clock as ClockMessage
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Header
+
+from ..drive.engine import tick_count
+from ..drive.packed import pack
+from ..drive.parameters import DriveParameters
+from ..drive.plant import MEASURED, apply_and_measure, apply_voltage, initial_state, measure
+from ..drive.stability import check_stability
+from ..drive.telemetry import joint_values, tick_stamp_ns
+from . import wire
+from .drive_node import DriveNode
+from .realtime import TickTiming, with_transport_delay
+from .run_node import run_node
+
+START_DELAY_S = 0.2  # real time: from announcing the epoch to the first tick
+
+
+class Plant(DriveNode):
+    """Publishes measurements, takes voltages, keeps the run's time."""
+
+    live = ("motor.", "transmission.", "load.")
+
+    def __init__(self, **options) -> None:
+        super().__init__(
+            "plant",
+            {
+                "duration": (0.0, "s to run; 0: until stopped"),
+                "summary_file": ("", "JSON file to write the run's figures to at the end"),
+            },
+            **options,
+        )
+        self.realtime: bool = self.option("realtime")
+        if self.realtime:
+            self.drive = with_transport_delay(self.drive, self.get_logger())
+        check_stability(self.drive, "node plant")
+        duration = self.option("duration")
+        self._last_tick = tick_count(self.drive, duration) if duration else None
+        self._every = self.drive.telemetry_every
+        self._rate = self.drive.controller.rate
+        self._params = pack(self.drive)
+        self._state = initial_state()
+        # Voltages on their way to the inverter, the oldest first. In real time the newest command
+        # waits in `_command` until the next tick takes it over: that is one of the delay's ticks.
+        delay = self.drive.controller.delay_ticks
+        self._pending = np.zeros((delay if self.realtime else delay + 1, 2))
+        self._command = np.zeros(2)
+        self._measured = np.zeros(len(MEASURED))
+        self._tick = 0
+        self._stamp_ns = 0
+        self._previous_ns = -1
+        self._epoch_ns: int | None = None
+        self._started = 0.0
+        self.timing = TickTiming(self._rate)
+
+        # Compile, or load from cache, before anybody waits for a tick.
+        apply_and_measure(self._state.copy(), self._pending.copy(), 0, self._params, self._measured)
+        measure(self._state, 0, self._params, self._measured)
+        apply_voltage(self._state.copy(), self._pending.copy(), self._params)
+
+        self._joints = self.create_publisher(JointState, wire.CONTROL_JOINT_STATES, wire.control())
+        self._current = self.create_publisher(Vector3Stamped, wire.CONTROL_CURRENT, wire.control())
+        self._epoch = self.create_publisher(Time, wire.EPOCH, wire.latched())
+        self._telemetry = self.create_publisher(JointState, wire.JOINT_STATES, wire.lossless())
+        self._telemetry_current = self.create_publisher(
+            Vector3Stamped, wire.CURRENT, wire.lossless()
+        )
+        self._diagnostics = self.create_publisher(DiagnosticArray, wire.DIAGNOSTICS, 10)
+        self._clock_publisher = None
+        if not self.realtime:
+            self._clock_publisher = self.create_publisher(ClockMessage, wire.CLOCK, 10)
+        self.create_subscription(
+            Vector3Stamped, wire.CONTROL_VOLTAGE, self._on_voltage, wire.control()
+        )
+        steady = Clock(clock_type=ClockType.STEADY_TIME)
+        self._timer = None
+        self._steady = steady
+        self._start_timer = self.create_timer(0.05, self._try_start, clock=steady)
+        self.create_timer(1.0, self._publish_diagnostics, clock=steady)
+
+    # --- start ---------------------------------------------------------------------------------
+
+    def _partners_missing(self) -> str | None:
+        if self.count_publishers(wire.CONTROL_JOINT_STATES) > 1:
+            self.finish(
+                2,
+                f"another plant publishes {self.resolve_topic_name(wire.CONTROL_JOINT_STATES)}; "
+                "expected one drive per ROS domain and namespace",
+            )
+        if not self.count_subscribers(wire.CONTROL_JOINT_STATES):
+            return "a controller"
+        if not self.count_publishers(wire.CONTROL_VOLTAGE):
+            return "the controller's voltage"
+        if not self.count_publishers(wire.CONTROL_REFERENCE):
+            return "a reference"
+        return None
+
+    def _try_start(self) -> None:
+        if self._partners_missing() is not None or self.done.done():
+            return
+        self._start_timer.cancel()
+        if self.realtime:
+            # Whole periods, so that the timer's own instants are the ticks'.
+            delay = math.ceil(START_DELAY_S * self._rate) / self._rate
+            self._epoch_ns = self.get_clock().now().nanoseconds + round(delay * 1e9)
+            self._started = time.monotonic() + delay
+            self._epoch.publish(wire.to_time(self._epoch_ns))
+            self._timer = self.create_timer(1.0 / self._rate, self._on_timer, clock=self._steady)
+            self.timing.start(self._started)
+        else:
+            self._epoch_ns = 0
+            self._started = time.monotonic()
+            self._epoch.publish(wire.to_time(0))
+            self._measure_and_publish()
+        self.heard_partner()
+
+    def waiting_for(self) -> str | None:
+        """The controller or reference, until they are there and, in lockstep, after every tick."""
+        if self._epoch_ns is None:
+            return self._partners_missing()
+        if self.realtime:
+            return None
+        missing = self._partners_missing()
+        return missing or "a command on " + self.resolve_topic_name(wire.CONTROL_VOLTAGE)
+
+    def while_waiting(self) -> None:
+        """Say the tick again: the controller may have started anew."""
+        if self._epoch_ns is not None:
+            self._publish_control()
+
+    # --- ticks ---------------------------------------------------------------------------------
+
+    def _on_voltage(self, message: Vector3Stamped) -> None:
+        if self.realtime:
+            self._command[:] = message.vector.x, message.vector.y
+            self.timing.command(wire.to_ns(message.header.stamp))
+            return
+        stamp = message.header.stamp
+        if stamp.sec * wire.NANOSECONDS + stamp.nanosec != self._stamp_ns or self._finished():
+            return  # an answer to a tick that was said twice
+        self.heard_partner()
+        self._pending[-1, 0] = message.vector.x
+        self._pending[-1, 1] = message.vector.y
+        self._tick += 1
+        apply_and_measure(self._state, self._pending, self._tick, self._params, self._measured)
+        if self._finished():
+            self._end_run()
+        else:
+            self._publish_tick()
+
+    def _finished(self) -> bool:
+        return self._last_tick is not None and self._tick >= self._last_tick
+
+    def _on_timer(self) -> None:
+        """Real time: advance to the present, tick by tick, and say each tick once."""
+        now = time.monotonic()
+        due = self.timing.wake(now, self._tick)
+        for _ in range(due):
+            if self._finished():
+                self._end_run()
+                return
+            if self._tick:
+                apply_voltage(self._state, self._pending, self._params)
+            self._measure_and_publish()
+            # The command of the tick before is due now; one that comes later acts a tick later.
+            self.timing.latch(self._previous_ns)
+            self._previous_ns = self._stamp_ns
+            self._pending[-1] = self._command
+            self._tick += 1
+
+    def _measure_and_publish(self) -> None:
+        measure(self._state, self._tick, self._params, self._measured)
+        self._publish_tick()
+
+    def _publish_tick(self) -> None:
+        self._stamp_ns = tick_stamp_ns(self._tick, self._rate, self._epoch_ns or 0)
+        self._publish_control()
+        if self._tick % self._every == 0:
+            self._publish_telemetry()
+
+    def _publish_control(self) -> None:
+        values = self._measured.tolist()
+        sec, nanosec = divmod(self._stamp_ns, wire.NANOSECONDS)
+        stamp = Time(sec=sec, nanosec=nanosec)
+        self._current.publish(
+            Vector3Stamped(
+                header=Header(stamp=stamp, frame_id=wire.DQ_FRAME),
+                vector=Vector3(x=values[4], y=values[5], z=0.0),
+            )
+        )
+        self._joints.publish(
+            JointState(
+                header=Header(stamp=stamp, frame_id=wire.BASE_FRAME),
+                name=[wire.ROTOR, wire.ROD],
+                position=[values[0], values[2]],
+                velocity=[values[1], values[3]],
+            )
+        )
+
+    def _publish_telemetry(self) -> None:
+        values = self._measured.tolist()
+        stamp = wire.to_time(self._stamp_ns)
+        position, velocity, effort = joint_values(
+            values, float(self._state[2]), float(self._state[3]), self.drive
+        )
+        self._telemetry.publish(
+            JointState(
+                header=Header(stamp=stamp, frame_id=wire.BASE_FRAME),
+                name=[wire.ROTOR, wire.ROD, wire.LOAD],
+                position=position,
+                velocity=velocity,
+                effort=effort,
+            )
+        )
+        self._telemetry_current.publish(
+            Vector3Stamped(
+                header=Header(stamp=stamp, frame_id=wire.DQ_FRAME),
+                vector=Vector3(x=values[4], y=values[5], z=0.0),
+            )
+        )
+        if self._clock_publisher is not None:
+            self._clock_publisher.publish(ClockMessage(clock=stamp))
+
+    # --- end and figures -----------------------------------------------------------------------
+
+    def on_drive_changed(self, drive: DriveParameters) -> None:
+        """Take over changed physics between two ticks, if the loop stays stable."""
+        check_stability(drive, "node plant")
+        self._params = pack(drive)
+
+    def _end_run(self) -> None:
+        if self._timer is not None:
+            self._timer.cancel()
+        for publisher in (self._telemetry, self._telemetry_current):
+            publisher.wait_for_all_acked(Duration(seconds=5.0))
+        self.finish(0, f"ran {self.option('duration'):g} s: {self._tick} ticks")
+
+    def figures(self) -> dict:
+        """Figures of the run so far, for the summary file."""
+        wall = time.monotonic() - self._started if self._started else 0.0
+        figures = {
+            "realtime": self.realtime,
+            "ticks": self._tick,
+            "samples": -(-self._tick // self._every),
+            "wall_s": wall,
+            "ticks_per_s": self._tick / wall if wall > 0 else 0.0,
+        }
+        return figures | (self.timing.figures(self._tick) if self.realtime else {})
+
+    def _publish_diagnostics(self) -> None:
+        if not self._tick:
+            return
+        self._write_summary()
+        figures = self.figures()
+        figures.pop("jitter_histogram", None)
+        status = DiagnosticStatus(
+            level=DiagnosticStatus.OK,
+            name="ecyl/plant timing",
+            hardware_id=self.get_fully_qualified_name(),
+            message="real time" if self.realtime else "lockstep",
+            values=[KeyValue(key=key, value=f"{value:.6g}") for key, value in figures.items()],
+        )
+        header = Header(stamp=self.get_clock().now().to_msg())
+        self._diagnostics.publish(DiagnosticArray(header=header, status=[status]))
+
+    def close(self) -> None:
+        """Leave the last figures."""
+        self._write_summary()
+
+    def _write_summary(self) -> None:
+        """The summary file, whole or not at all: rewritten once a second, so it shows progress."""
+        target = self.option("summary_file")
+        if target:
+            partial = Path(f"{target}.partial")
+            partial.write_text(json.dumps(self.figures()), encoding="utf-8")
+            os.replace(partial, target)
+
+
+def main(args: list[str] | None = None) -> int:
+    """Entry point of `plant`."""
+    return run_node(Plant, args)

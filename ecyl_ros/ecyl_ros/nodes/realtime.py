@@ -1,0 +1,92 @@
+"""Keeping the wall clock: which ticks are due, how late they came, which commands were missing."""
+
+from __future__ import annotations
+
+import array
+import dataclasses
+
+import numpy as np
+
+from ..drive.parameters import DriveParameters
+
+MAX_KEPT = 4_000_000  # lateness values kept: an hour at 1 kHz
+
+
+def with_transport_delay(drive: DriveParameters, logger) -> DriveParameters:
+    """The drive with at least the one tick of delay that a command on a topic has."""
+    if drive.controller.delay_ticks >= 1:
+        return drive
+    logger.warning(
+        "controller.delay_ticks = 0: in real time a command acts one tick after its measurement; "
+        "running with 1"
+    )
+    return dataclasses.replace(
+        drive, controller=dataclasses.replace(drive.controller, delay_ticks=1)
+    )
+
+
+class TickTiming:
+    """Counts of a real-time run.
+
+    A tick is *late* when the plant woke more than one period after its instant, and *stale* when
+    the command for it had not come; a tick that is neither is met. Jitter is the time from a
+    tick's instant to the wake-up that served it.
+    """
+
+    def __init__(self, rate: float) -> None:
+        """rate: control rate, Hz."""
+        self.rate = rate
+        self.late = 0
+        self.stale = 0
+        self.missed = 0
+        self.jitter_s = array.array("d")
+        self._begin = 0.0
+        self._command_ns = -1
+        self._late_tick = False
+
+    def start(self, instant: float) -> None:
+        """instant: of tick 0 on the monotonic clock, s."""
+        self._begin = instant
+
+    def wake(self, now: float, tick: int) -> int:
+        """Number of ticks due at `now`, `tick` being the first not yet served; notes jitter."""
+        due = int((now - self._begin) * self.rate) + 1 - tick
+        for behind in range(max(due, 0)):
+            lateness = now - (self._begin + (tick + behind) / self.rate)
+            if len(self.jitter_s) < MAX_KEPT:
+                self.jitter_s.append(lateness)
+        self._due = due
+        return max(due, 0)
+
+    def command(self, stamp_ns: int) -> None:
+        """Note the stamp of the newest command, ns."""
+        self._command_ns = stamp_ns
+
+    def latch(self, wanted_ns: int) -> None:
+        """Serve one due tick, whose command should be the one stamped `wanted_ns`."""
+        late = self._due > 1
+        stale = self._command_ns < wanted_ns
+        self.late += late
+        self.stale += stale
+        self.missed += late or stale
+        self._due -= 1
+
+    def figures(self, ticks: int) -> dict:
+        """Counts, jitter quantiles in s, and a histogram of it (edges in s, counts)."""
+        jitter = np.frombuffer(self.jitter_s, dtype=np.float64) if self.jitter_s else np.zeros(1)
+        edges = np.concatenate([[0.0], np.logspace(-5, -1, 41), [np.inf]])
+        counts, _ = np.histogram(np.maximum(jitter, 0.0), edges)
+        return {
+            "late_ticks": self.late,
+            "stale_ticks": self.stale,
+            "missed_ticks": self.missed,
+            "met_share": 1.0 - self.missed / max(ticks, 1),
+            "jitter_p50_s": float(np.quantile(jitter, 0.5)),
+            "jitter_p99_s": float(np.quantile(jitter, 0.99)),
+            "jitter_p999_s": float(np.quantile(jitter, 0.999)),
+            "jitter_max_s": float(jitter.max()),
+            "jitter_histogram": {
+                "edges_s": edges[1:-1].tolist(),
+                "counts": counts.tolist(),
+            },
+        }

@@ -1,0 +1,87 @@
+"""The recorder node: the contract's topics into an MCAP file, as bytes, in canonical order."""
+
+from __future__ import annotations
+
+import struct
+from functools import partial
+from pathlib import Path
+
+from geometry_msgs.msg import Vector3Stamped
+from sensor_msgs.msg import JointState
+
+from ..drive.engine import sample_count
+from ..errors import InputError
+from ..recording.sequencer import SampleSequencer
+from ..recording.topics import JOINT_STATE, TOPICS, renamed
+from ..recording.writer import RecordingWriter
+from . import wire
+from .drive_node import DriveNode
+from .run_node import run_node
+
+_CLASSES = {JOINT_STATE: JointState}
+# A stamp is the first thing after the four bytes of CDR header: int32 sec, uint32 nanosec.
+_STAMP_LITTLE, _STAMP_BIG = struct.Struct("<iI"), struct.Struct(">iI")
+
+
+class Recorder(DriveNode):
+    """Writes telemetry as it comes; ends by itself when `duration` is recorded.
+
+    Stopped by a signal it closes the file; killed, it loses the last open chunk at most.
+    """
+
+    def __init__(self, **options) -> None:
+        super().__init__(
+            "recorder",
+            {
+                "out": ("", "file NAME.mcap or folder to record into"),
+                "overwrite": (False, "replace a recording that stands there"),
+                "duration": (0.0, "s to record; 0: until stopped"),
+            },
+            **options,
+        )
+        out = self.option("out")
+        if not out:
+            raise InputError("node recorder: out is missing, expected a file NAME.mcap to write")
+        names = {topic.key: self.resolve_topic_name(topic.name.lstrip("/")) for topic in TOPICS}
+        topics = renamed(names)
+        self._writer = RecordingWriter(Path(out), topics=topics, overwrite=self.option("overwrite"))
+        self._sequencer = SampleSequencer(
+            self._writer.write, topics=[topic.name for topic in topics]
+        )
+        duration = self.option("duration")
+        self._samples = sample_count(self.drive, duration) if duration else None
+        self._expected = self._samples * len(topics) if self._samples else None
+        for topic in topics:
+            self.create_subscription(
+                _CLASSES.get(topic.type, Vector3Stamped),
+                topic.name,
+                partial(self._on_message, topic.name),
+                wire.lossless(),
+                raw=True,
+            )
+
+    def _on_message(self, topic: str, data: bytes) -> None:
+        sec, nanosec = (_STAMP_LITTLE if data[1] & 1 else _STAMP_BIG).unpack_from(data, 4)
+        self.heard_partner()
+        self._sequencer.put(topic, bytes(data), sec * wire.NANOSECONDS + nanosec)
+        if self._expected is not None and self._writer.message_count >= self._expected:
+            self.finish(0, f"recorded {self._samples} samples in {self._writer.path}")
+
+    def waiting_for(self) -> str | None:
+        """Any telemetry at all."""
+        return "telemetry on " + self.resolve_topic_name(wire.JOINT_STATES)
+
+    def close(self) -> None:
+        """Write what waits and close the file."""
+        self._sequencer.finish()
+        self._writer.finish()
+        if self._sequencer.incomplete or self._sequencer.late:
+            self.get_logger().warning(
+                f"{self._writer.path}: {self._sequencer.incomplete} samples lack a topic, "
+                f"{self._sequencer.late} messages came late"
+            )
+
+
+def main(args: list[str] | None = None) -> int:
+    """Entry point of `recorder`."""
+    return run_node(Recorder, args)

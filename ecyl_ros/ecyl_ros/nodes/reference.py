@@ -1,0 +1,172 @@
+"""The reference node: publishes what the rod shall do, a little ahead of the plant's time.
+
+Samples come at the telemetry rate and carry the instant they are meant for; the controller
+interpolates. The plant's telemetry paces the node, so that it runs as fast as the plant does.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+
+from builtin_interfaces.msg import Time
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from rclpy.clock import Clock, ClockType
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Float64, Header
+
+from ..drive.parameters import DriveParameters
+from ..drive.reference.setpoint import SetpointFollower
+from ..drive.reference.spec import make_reference
+from ..drive.telemetry import NANOSECONDS, tick_stamp_ns
+from ..errors import InputError
+from . import wire
+from .drive_node import DriveNode
+from .run_node import run_node
+
+# A live setpoint acts this many samples after it came; a generated motion can be further ahead.
+SETPOINT_LOOKAHEAD = 3
+CHECKED_S = 60.0  # how much of an endless reference is checked against stroke and speed
+
+
+class ReferenceGenerator(DriveNode):
+    """Publishes the reference of a SPEC, or follows `ecyl/setpoint`."""
+
+    live = ("limits.",)
+
+    def __init__(self, **options) -> None:
+        super().__init__(
+            "reference",
+            {
+                "reference": ("setpoint", "what to follow: sine:..., setpoint, or a recording"),
+                "lookahead": (0, "samples published ahead of the plant; 0: chosen by kind"),
+                "duration": (0.0, "s of the run, to check the reference over; 0: endless"),
+            },
+            **options,
+        )
+        self._spec: str = self.option("reference")
+        self._reference = self._make()
+        self._follower = isinstance(self._reference, SetpointFollower)
+        lookahead = self.option("lookahead")
+        if lookahead < 0 or lookahead > 1000:
+            raise InputError(f"node reference: lookahead = {lookahead}, expected 0 to 1000 samples")
+        self._lookahead = lookahead or (SETPOINT_LOOKAHEAD if self._follower else 32)
+        self._every = self.drive.telemetry_every
+        self._rate = self.drive.controller.rate
+        self._epoch_ns: int | None = None
+        self._next = 0
+        self._plant_sample = 0
+        self._rod_position = 0.0
+
+        self._ahead: deque[JointState] = deque()  # said to the controller, not yet as telemetry
+
+        # Latched, so that a controller that starts again gets the samples it is to go on from.
+        self._publisher = self.create_publisher(
+            JointState, wire.CONTROL_REFERENCE, wire.latched(2 * self._lookahead + 64)
+        )
+        self._telemetry = self.create_publisher(JointState, wire.REFERENCE, wire.lossless())
+        self._diagnostics = self.create_publisher(DiagnosticArray, wire.DIAGNOSTICS, 10)
+        self.create_subscription(Time, wire.EPOCH, self._on_epoch, wire.latched())
+        self.create_subscription(
+            JointState, wire.JOINT_STATES, self._on_joint_states, wire.lossless()
+        )
+        if self._follower:
+            self.create_subscription(Float64, wire.SETPOINT, self._on_setpoint, 64)
+        steady = Clock(clock_type=ClockType.STEADY_TIME)
+        self.create_timer(1.0, self._publish_diagnostics, clock=steady)
+        self._last_reason = ""
+
+    def _make(self):
+        duration = self.option("duration") or CHECKED_S
+        return make_reference(self._spec, self.drive, duration)
+
+    def _on_epoch(self, message: Time) -> None:
+        """A run begins, or goes on if this node joins it late."""
+        if self._epoch_ns is not None:
+            self.get_logger().info("the plant began anew: the reference starts over")
+            self._reference = self._make()
+        self._epoch_ns = wire.to_ns(message)
+        self._next = self._plant_sample = 0
+        self._ahead.clear()
+        self._publish_ahead()
+
+    def _on_joint_states(self, message: JointState) -> None:
+        self.heard_partner()
+        if self._epoch_ns is None:
+            return
+        elapsed = wire.to_ns(message.header.stamp) - self._epoch_ns
+        sample = round(elapsed * self._rate / NANOSECONDS / self._every)
+        if sample < self._plant_sample:
+            return  # a message of the run before
+        self._plant_sample = sample
+        if len(message.position) > 1 and math.isfinite(message.position[1]):
+            self._rod_position = message.position[1]
+        if self._next < sample:  # joined a run that has gone on without us
+            self.get_logger().info(f"joining the run at sample {sample}")
+            self._next = sample
+            if isinstance(self._reference, SetpointFollower):
+                self._reference = SetpointFollower(
+                    self.drive.limits, 1.0 / self.drive.sample_rate, self._rod_position
+                )
+        self._publish_ahead()
+        self._publish_telemetry(wire.to_ns(message.header.stamp))
+
+    def _publish_ahead(self) -> None:
+        while self._next <= self._plant_sample + self._lookahead:
+            position, velocity = self._reference.sample(self._next / self.drive.sample_rate)
+            stamp_ns = tick_stamp_ns(self._next * self._every, self._rate, self._epoch_ns or 0)
+            message = JointState(
+                header=Header(stamp=wire.to_time(stamp_ns), frame_id=wire.ROD_FRAME),
+                name=[wire.ROD],
+                position=[position],
+                velocity=[velocity],
+            )
+            self._publisher.publish(message)
+            self._ahead.append(message)
+            self._next += 1
+
+    def _publish_telemetry(self, stamp_ns: int) -> None:
+        """Say the samples whose time has come."""
+        while self._ahead and wire.to_ns(self._ahead[0].header.stamp) <= stamp_ns:
+            self._telemetry.publish(self._ahead.popleft())
+
+    def _on_setpoint(self, message: Float64) -> None:
+        reason = self._reference.offer(message.data, self._next / self.drive.sample_rate)
+        if reason is not None:
+            self._last_reason = reason
+            self.get_logger().warning(
+                f"refused ({self._reference.refused} so far): {reason}", throttle_duration_sec=1.0
+            )
+
+    def _publish_diagnostics(self) -> None:
+        if not isinstance(self._reference, SetpointFollower):
+            return
+        follower = self._reference
+        values = {
+            "setpoints_accepted": str(follower.accepted),
+            "setpoints_refused": str(follower.refused),
+            "last_refusal": self._last_reason,
+        }
+        status = DiagnosticStatus(
+            level=DiagnosticStatus.WARN if follower.refused else DiagnosticStatus.OK,
+            name="ecyl/reference setpoints",
+            hardware_id=self.get_fully_qualified_name(),
+            message=self._last_reason or "following",
+            values=[KeyValue(key=key, value=value) for key, value in values.items()],
+        )
+        header = Header(stamp=self.get_clock().now().to_msg())
+        self._diagnostics.publish(DiagnosticArray(header=header, status=[status]))
+
+    def waiting_for(self) -> str | None:
+        """The plant, always: it sets the time."""
+        return "a plant on " + self.resolve_topic_name(wire.JOINT_STATES)
+
+    def on_drive_changed(self, drive: DriveParameters) -> None:
+        """Changed limits hold for setpoints from now on."""
+        if isinstance(self._reference, SetpointFollower):
+            self._reference.change_limits(drive.limits)
+
+
+def main(args: list[str] | None = None) -> int:
+    """Entry point of `reference`."""
+    return run_node(ReferenceGenerator, args)

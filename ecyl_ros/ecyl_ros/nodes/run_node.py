@@ -1,0 +1,40 @@
+"""The common `main` of all nodes: init, spin until done, shut down, exit code."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Sequence
+
+import rclpy
+from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+
+from ..errors import InputError
+from .drive_node import DriveNode
+
+
+def run_node(make: Callable[[], DriveNode], args: Sequence[str] | None = None) -> int:
+    """Run one node until it is done or interrupted and return the process's exit code.
+
+    0: done or interrupted by a signal. 1: it ended for a reason of its own, such as a lost
+    partner. 2: unusable input, said in one line.
+    """
+    node: DriveNode | None = None
+    rclpy.init(args=args)
+    try:
+        node = make()
+        executor = SingleThreadedExecutor()
+        executor.add_node(node)
+        executor.spin_until_future_complete(node.done)
+    except (KeyboardInterrupt, ExternalShutdownException):
+        pass
+    except InputError as error:
+        print(f"ecyl: {error}", file=sys.stderr)
+        return 2
+    finally:
+        if node is not None:
+            node.close()
+            node.destroy_node()
+        rclpy.try_shutdown()
+    if node is not None and node.done.done():
+        return node.done.result()[0]
+    return 0

@@ -1,0 +1,67 @@
+"""Topics between the nodes, their quality of service, and stamps.
+
+Two kinds of topics. *Telemetry* (`ecyl/reference`, `ecyl/joint_states`, `ecyl/current`,
+`ecyl/voltage`) comes at the telemetry rate and is what recordings hold. The *control wire*
+(`ecyl/control/...`) carries one set of messages per control tick between plant and controller.
+Names are relative, so that a namespace moves the whole drive; in the root namespace they are the
+contract's.
+"""
+
+from __future__ import annotations
+
+from builtin_interfaces.msg import Time
+from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
+
+REFERENCE = "ecyl/reference"
+JOINT_STATES = "ecyl/joint_states"
+CURRENT = "ecyl/current"
+VOLTAGE = "ecyl/voltage"
+SETPOINT = "ecyl/setpoint"
+TRACKING_ERROR = "ecyl/tracking_error"
+
+# Stamp of control tick 0, latched: whoever joins or starts again knows where the run began.
+EPOCH = "ecyl/control/epoch"
+# Samples for the controller, ahead of the plant's time; telemetry says each when its time has come.
+CONTROL_REFERENCE = "ecyl/control/reference"
+CONTROL_JOINT_STATES = "ecyl/control/joint_states"
+CONTROL_CURRENT = "ecyl/control/current"
+CONTROL_VOLTAGE = "ecyl/control/voltage"
+
+CLOCK = "/clock"
+DIAGNOSTICS = "/diagnostics"
+
+ROTOR, ROD, LOAD = "rotor", "rod", "load"
+BASE_FRAME, ROD_FRAME, DQ_FRAME = "base", "rod", "dq0"
+
+NANOSECONDS = 1_000_000_000
+
+
+def latched(depth: int = 1) -> QoSProfile:
+    """Reliable, and the last `depth` messages reach whoever comes later."""
+    return QoSProfile(
+        depth=depth,
+        reliability=ReliabilityPolicy.RELIABLE,
+        durability=DurabilityPolicy.TRANSIENT_LOCAL,
+    )
+
+
+def lossless() -> QoSProfile:
+    """Reliable and nothing dropped: for telemetry, so that a recorder gets every sample."""
+    return QoSProfile(
+        history=HistoryPolicy.KEEP_ALL, depth=0, reliability=ReliabilityPolicy.RELIABLE
+    )
+
+
+def control() -> QoSProfile:
+    """Reliable with a short queue: plant and controller answer each other tick by tick."""
+    return QoSProfile(depth=16, reliability=ReliabilityPolicy.RELIABLE)
+
+
+def to_time(stamp_ns: int) -> Time:
+    """ROS time message of a stamp in ns."""
+    return Time(sec=stamp_ns // NANOSECONDS, nanosec=stamp_ns % NANOSECONDS)
+
+
+def to_ns(stamp: Time) -> int:
+    """Stamp in ns of a ROS time message."""
+    return stamp.sec * NANOSECONDS + stamp.nanosec
