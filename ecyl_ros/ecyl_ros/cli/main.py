@@ -17,6 +17,7 @@ VERBS = {
     "run": "launch the nodes, record the graph, print the tracking figures",
     "simulate": "the same run on the engine alone, without a graph",
     "analyse": "tracking figures, spectrum and IMFs of a recording",
+    "replay": "publish a recording again with its own timing",
 }
 
 

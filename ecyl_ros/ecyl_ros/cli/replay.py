@@ -1,0 +1,115 @@
+"""`ecyl replay BAG`: publish a recording again with its own timing."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+from collections.abc import Collection
+from pathlib import Path
+
+CLOCK_HZ = 40.0  # of `--clock` without a number, as in `ros2 bag play`
+WAIT_S = 10.0
+CLOCK = "/clock"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the verb's flags, named as in `ros2 bag play` where that has them."""
+    parser.add_argument("bag", type=Path, metavar="BAG", help="MCAP file or rosbag2 folder")
+    parser.add_argument("-r", "--rate", type=float, default=1.0, help="speed (default 1)")
+    parser.add_argument("--topics", nargs="+", metavar="TOPIC", help="play these alone")
+    parser.add_argument(
+        "-m", "--remap", nargs="+", default=[], metavar="OLD:=NEW", help="publish under other names"
+    )
+    parser.add_argument(
+        "--start-offset", type=float, default=0.0, metavar="S", help="begin S seconds into the bag"
+    )
+    parser.add_argument("-d", "--delay", type=float, default=0.0, metavar="S", help="wait first")
+    parser.add_argument("-l", "--loop", action="store_true", help="start again at the end")
+    parser.add_argument(
+        "--clock",
+        type=float,
+        nargs="?",
+        const=CLOCK_HZ,
+        default=0.0,
+        metavar="HZ",
+        help=f"publish the bag's time on /clock ({CLOCK_HZ:g} Hz unless told); one in the bag is "
+        "left out",
+    )
+    parser.add_argument(
+        "--wait-for-subscribers",
+        type=float,
+        nargs="?",
+        const=WAIT_S,
+        metavar="S",
+        help=f"begin when each topic has a subscriber, after S seconds ({WAIT_S:g}) at the latest",
+    )
+
+
+def run(options: argparse.Namespace) -> int:
+    """Play; 0 at the end and on Ctrl-C."""
+    from ..errors import InputError
+    from ..recording.bag import read_bag
+    from ..recording.timeline import Timeline
+
+    if not 0.0 <= options.delay < float("inf"):
+        raise InputError(f"--delay is {options.delay:g} s, expected 0 or more")
+    bag = read_bag(options.bag)
+    names = options.topics
+    if names is None:
+        names = [n for n, t in bag.topics.items() if t.data and not (options.clock and n == CLOCK)]
+    timeline = Timeline(
+        bag,
+        topics=names,
+        rate=options.rate,
+        start_offset_s=options.start_offset,
+        clock_hz=options.clock,
+        loop=options.loop,
+    )
+    remap = _remapped(options.remap, bag.topics)
+    for note in bag.notes:
+        print(f"ecyl replay: {note}", file=sys.stderr)
+    try:
+        import rclpy
+        from rclpy.executors import ExternalShutdownException
+
+        from ..nodes.replayer import Replayer
+    except ModuleNotFoundError as error:
+        raise InputError(
+            f"replay needs {error.name}: source a ROS 2 installation or install rclpy_cyclone"
+        ) from None
+    from .progress import progress_bar
+
+    rclpy.init()
+    node = None
+    try:
+        node = Replayer(bag, timeline, remap=remap, names=names, clock=bool(options.clock))
+        if options.wait_for_subscribers is not None and not node.wait_for_subscribers(
+            options.wait_for_subscribers
+        ):
+            print("ecyl replay: not every topic has a subscriber", file=sys.stderr)
+        time.sleep(options.delay)
+        with progress_bar("replaying") as progress:
+            node.play(progress)
+    except (KeyboardInterrupt, ExternalShutdownException):
+        pass
+    finally:
+        if node is not None:
+            print(f"{node.published} messages published, {node.latest_s * 1e3:.1f} ms late at most")
+            node.destroy_node()
+        rclpy.try_shutdown()
+    return 0
+
+
+def _remapped(rules: list[str], topics: Collection[str]) -> dict[str, str]:
+    from ..errors import InputError
+
+    remap = {}
+    for rule in rules:
+        old, separator, new = rule.partition(":=")
+        if not (separator and old.startswith("/") and new.startswith("/") and len(new) > 1):
+            raise InputError(f"--remap is {rule}, expected /old:=/new")
+        if old not in topics:
+            raise InputError(f"--remap is {rule}, but the bag holds no topic {old}")
+        remap[old] = new
+    return remap
