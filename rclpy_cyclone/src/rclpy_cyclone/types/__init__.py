@@ -1,0 +1,1 @@
+"""Message and service classes, their definitions, hashes and CDR codec."""
