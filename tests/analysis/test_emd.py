@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+
 from ecyl_ros.analysis.emd import EmdSettings, decompose, hilbert_frequency
 from ecyl_ros.errors import InputError
 
@@ -94,3 +95,15 @@ def test_settings_limit_the_number_of_modes():
     settings = EmdSettings(max_imfs=2)
     result = decompose(rng.normal(size=2000), 100.0, settings)
     assert len(result.imfs) == 2 and result.settings == settings
+
+
+def test_overlapping_modes_are_told_by_their_energy():
+    """Two clean sines come apart with energies that add up; a made-up overlap shows as more."""
+    from dataclasses import replace
+
+    result = decompose(np.sin(2 * np.pi * 3.45 * TIME) + np.sin(2 * np.pi * TIME), RATE)
+    assert result.energy_ratio == pytest.approx(1.0, abs=0.03)
+    first, *rest = result.imfs
+    # The same sum, with the first mode split into twice itself and its negative.
+    shared = tuple(replace(first, values=k * first.values) for k in (2.0, -1.0))
+    assert replace(result, imfs=(*shared, *rest)).energy_ratio > 2.5

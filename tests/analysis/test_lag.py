@@ -1,9 +1,10 @@
 import numpy as np
 import pytest
-from ecyl_ros.analysis.lag import lag_and_gain
-from ecyl_ros.errors import InputError
 from hypothesis import given, settings
 from hypothesis import strategies as st
+
+from ecyl_ros.analysis.lag import lag_and_gain
+from ecyl_ros.errors import InputError
 
 RATE = 1000.0
 TIME = np.arange(10_000) / RATE

@@ -1,4 +1,5 @@
 import numpy as np
+
 from ecyl_ros.analysis.plots import MAX_POINTS, _drawn, _unit
 
 

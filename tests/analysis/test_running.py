@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+
 from ecyl_ros.analysis.running import RunningTracking
 from ecyl_ros.errors import InputError
 

@@ -3,6 +3,7 @@ import json
 
 import numpy as np
 import pytest
+
 from ecyl_ros.analysis.report import as_json, print_analysis
 from ecyl_ros.analysis.tracking import analyse
 from ecyl_ros.cli.main import main

@@ -1,9 +1,10 @@
 import numpy as np
 import pytest
+from recording_samples import assert_same, made
+
 from ecyl_ros.errors import InputError
 from ecyl_ros.recording import Recording
 from ecyl_ros.recording.csvfile import read_csv, write_csv
-from recording_samples import assert_same, made
 
 
 def test_values_survive_to_the_last_bit(tmp_path):

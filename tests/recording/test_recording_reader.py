@@ -2,16 +2,17 @@ import struct
 
 import numpy as np
 import pytest
-from ecyl_ros.errors import InputError
-from ecyl_ros.recording import SIGNALS, TOPICS, renamed
-from ecyl_ros.recording.bag import in_time_order, read_bag
-from ecyl_ros.recording.reader import read_recording
-from ecyl_ros.recording.writer import RecordingWriter, write_recording
 from mcap.reader import make_reader
 from mcap.writer import CompressionType, Writer
 from mcap_ros2.decoder import DecoderFactory
 from mcap_ros2.writer import Writer as Ros2Writer
 from recording_samples import assert_same, made
+
+from ecyl_ros.errors import InputError
+from ecyl_ros.recording import SIGNALS, TOPICS, renamed
+from ecyl_ros.recording.bag import in_time_order, read_bag
+from ecyl_ros.recording.reader import read_recording
+from ecyl_ros.recording.writer import RecordingWriter, write_recording
 
 MSGDEF = {
     "sensor_msgs/msg/JointState": (

@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+
 from ecyl_ros.recording import Recording, renamed
 
 

@@ -5,14 +5,15 @@ import sys
 import numpy as np
 import pytest
 import yaml
+from mcap.reader import make_reader
+from mcap_ros2.decoder import DecoderFactory
+from recording_samples import made
+
 from ecyl_ros.errors import InputError
 from ecyl_ros.recording import TOPICS
 from ecyl_ros.recording.bag import read_bag
 from ecyl_ros.recording.reader import read_recording
 from ecyl_ros.recording.writer import RecordingWriter, write_recording
-from mcap.reader import make_reader
-from mcap_ros2.decoder import DecoderFactory
-from recording_samples import made
 
 NAMES = [topic.name for topic in TOPICS]
 
@@ -206,7 +207,10 @@ os.kill(os.getpid(), signal.SIGKILL)
 def test_a_killed_writer_loses_only_its_open_chunk(tmp_path, name):
     """After SIGKILL all closed chunks can be read: 54 messages of 75 bytes are in the open one."""
     done = subprocess.run(
-        [sys.executable, "-c", KILLED, str(tmp_path / name)], capture_output=True, text=True
+        [sys.executable, "-c", KILLED, str(tmp_path / name)],
+        capture_output=True,
+        text=True,
+        cwd=tmp_path,  # the repository's root holds a folder with the package's name
     )
     assert done.returncode == -signal.SIGKILL and done.stdout == "ready\n"
     bag = read_bag(tmp_path / name)

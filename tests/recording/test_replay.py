@@ -1,19 +1,19 @@
 """Replay through a graph: runs where an rclpy is installed, ROS 2's own or rclpy_cyclone."""
 
-import contextlib
+import hashlib
 import os
 import signal
 import subprocess
 import sys
-import threading
 import time
 
 import pytest
+from recording_samples import made
+
 from ecyl_ros.recording import TOPICS
 from ecyl_ros.recording.bag import read_bag
 from ecyl_ros.recording.timeline import Timeline
 from ecyl_ros.recording.writer import write_recording
-from recording_samples import made
 
 pytest.importorskip("rclpy.node", reason="no rclpy installed", exc_type=ImportError)
 
@@ -30,25 +30,26 @@ def graph(monkeypatch):
     rclpy.try_shutdown()
 
 
-def heard(rclpy, names, types):
-    """A node that keeps what comes on the topics, as bytes, and the thread that spins it."""
-    from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
-    from rclpy.qos import QoSProfile
+# Another process, as a subscriber would be. Prints a digest per topic once it has heard enough.
+LISTENER = """
+import hashlib, sys, time
+import rclpy
+from geometry_msgs.msg import Vector3Stamped
+from rclpy.qos import QoSProfile
+from sensor_msgs.msg import JointState
 
-    node = rclpy.create_node("listener")
-    got = {name: [] for name in names}
-    for name, kind in zip(names, types, strict=True):
-        node.create_subscription(kind, name, got[name].append, QoSProfile(depth=1000), raw=True)
-    executor = SingleThreadedExecutor()
-    executor.add_node(node)
-
-    def spin():
-        with contextlib.suppress(ExternalShutdownException):
-            executor.spin()
-
-    thread = threading.Thread(target=spin, daemon=True)
-    thread.start()
-    return got, executor, thread
+count, names = int(sys.argv[1]), sys.argv[2:]
+rclpy.init()
+node = rclpy.create_node("listener")
+got = {name: [] for name in names}
+for name, kind in zip(names, [JointState, JointState, Vector3Stamped, Vector3Stamped]):
+    node.create_subscription(kind, name, got[name].append, QoSProfile(depth=1000), raw=True)
+limit = time.monotonic() + 40.0
+while any(len(data) < count for data in got.values()) and time.monotonic() < limit:
+    rclpy.spin_once(node, timeout_sec=0.1)
+for name, data in got.items():
+    print(name, len(data), hashlib.sha256(b"".join(map(bytes, data))).hexdigest())
+"""
 
 
 def until(condition, seconds=15.0):
@@ -62,26 +63,29 @@ def until(condition, seconds=15.0):
 def test_every_message_arrives_as_the_bytes_it_was(graph, tmp_path):
     """All of 4 x 300 messages reach a subscriber in order, byte for byte, one topic renamed."""
     from ecyl_ros.nodes.replayer import Replayer
-    from geometry_msgs.msg import Vector3Stamped
-    from sensor_msgs.msg import JointState
 
     write_recording(made(300), tmp_path / "bag")
     bag = read_bag(tmp_path / "bag")
     new = {"/ecyl/current": "/other/current"}
     names = [new.get(topic.name, topic.name) for topic in TOPICS]
-    kinds = [JointState, JointState, Vector3Stamped, Vector3Stamped]
-    got, executor, thread = heard(graph, names, kinds)
+    listener = subprocess.Popen(
+        [sys.executable, "-c", LISTENER, "300", *names],
+        stdout=subprocess.PIPE,
+        text=True,
+        cwd=tmp_path,
+    )
     node = Replayer(bag, Timeline(bag), remap=new)
-    assert node.wait_for_subscribers(15.0)
-    shares = []
+    assert node.wait_for_subscribers(30.0)
+    shares: list[float] = []
     assert node.play(shares.append)
     assert node.published == 1200
-    assert until(lambda: all(len(messages) == 300 for messages in got.values()))
-    for topic in bag.topics.values():
-        assert [bytes(m) for m in got[new.get(topic.name, topic.name)]] == topic.data
-    assert shares and shares == sorted(shares) and shares[-1] <= 1.0
-    executor.shutdown()
-    thread.join(5.0)
+    heard, _ = listener.communicate(timeout=60)
+    expected = [
+        f"{new.get(t.name, t.name)} 300 {hashlib.sha256(b''.join(t.data)).hexdigest()}"
+        for t in (bag.topics[topic.name] for topic in TOPICS)
+    ]
+    assert heard.splitlines() == expected
+    assert shares == sorted(shares) and shares[-1] <= 1.0
     node.destroy_node()
 
 
@@ -106,6 +110,7 @@ def test_a_signal_ends_a_loop_cleanly(graph, tmp_path, number):
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
+        cwd=tmp_path,  # the repository's root holds a folder with the package's name
     )
     node = graph.create_node("watcher")
     assert until(lambda: node.count_publishers("/ecyl/voltage") > 0)

@@ -1,11 +1,12 @@
 from itertools import islice
 
 import pytest
+from recording_samples import made
+
 from ecyl_ros.errors import InputError
 from ecyl_ros.recording.bag import read_bag
 from ecyl_ros.recording.timeline import Timeline
 from ecyl_ros.recording.writer import RecordingWriter
-from recording_samples import made
 
 MS = 1_000_000
 

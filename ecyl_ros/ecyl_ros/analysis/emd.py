@@ -71,6 +71,19 @@ class Decomposition:
     residue: FloatArray = field(repr=False)
     settings: EmdSettings
 
+    @property
+    def energy_ratio(self) -> float:
+        """Energy of all parts over that of their sum; 1 where they are orthogonal.
+
+        Well above 1, neighbouring modes hold the same motion with opposite signs, and no single
+        one of them has a meaning of its own. NaN without modes.
+        """
+        if not self.imfs:
+            return float("nan")
+        parts = [imf.values for imf in self.imfs] + [self.residue - self.residue.mean()]
+        total = np.sum(parts, axis=0)
+        return float(sum(part @ part for part in parts) / (total @ total))
+
 
 def decompose(
     values: FloatArray, rate_hz: float, settings: EmdSettings | None = None

@@ -44,6 +44,7 @@ def as_json(analysis: TrackingAnalysis) -> dict[str, Any]:
             "lowpass_hz": emd.lowpass_hz,
             "max_imfs": emd.settings.max_imfs,
             "mirrored_extrema": emd.settings.mirrored_extrema,
+            "energy_ratio": _number(emd.energy_ratio),
         },
         "notes": list(analysis.notes),
     }

@@ -16,6 +16,7 @@ from .uniform import MIN_SAMPLES, uniform
 REFERENCE = "reference_position_m"
 ROD = "rod_position_m"
 ROTOR = "rotor_position_rad"
+OVERLAP = 1.1  # energy ratio of the empirical modes from which a note warns
 
 
 @dataclass(frozen=True)
@@ -107,6 +108,12 @@ def analyse(
     raw_error = (reference - position)[known]
     error = even.signals[0] - even.signals[1]
     spectrum = amplitude_spectrum(error, even.rate_hz)
+    emd = decompose(error, even.rate_hz, emd_settings)
+    if emd.energy_ratio > OVERLAP:
+        notes.append(
+            f"empirical modes overlap (their energies add up to {emd.energy_ratio:.2f} of the "
+            "error's): read neighbouring modes together"
+        )
     return TrackingAnalysis(
         skip_s=skip_s,
         duration_s=float(even.time_s[-1]),
@@ -119,7 +126,7 @@ def analyse(
         lag=lag_and_gain(even.signals[0], even.signals[1], even.rate_hz),
         lines=dominant_lines(spectrum),
         spectrum=spectrum,
-        emd=decompose(error, even.rate_hz, emd_settings),
+        emd=emd,
         notes=tuple(notes),
         time_s=even.time_s,
         reference_m=even.signals[0],
