@@ -218,3 +218,34 @@ def test_a_killed_writer_loses_only_its_open_chunk(tmp_path, name):
     assert 1000 - per_chunk < bag.message_count <= 1000
     assert bag.topics["/ecyl/current"].log_time_ns == list(range(bag.message_count))
     assert len(bag.notes) == 1 and "cut off" in bag.notes[0]
+
+
+LIMITED = """
+import resource, sys
+from ecyl_ros.cli.main import InputError
+from ecyl_ros.recording.reader import read_recording
+from ecyl_ros.recording.writer import write_recording
+recording = read_recording(sys.argv[1])
+resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, 100_000))
+try:
+    write_recording(recording, sys.argv[2], overwrite=True)
+except InputError as error:
+    print(error)
+"""
+
+
+@pytest.mark.parametrize("name", ["old.mcap", "new.mcap", "bag"])
+def test_a_disk_that_fills_up_leaves_no_half_recording(tmp_path, name):
+    """Past 100 kB writing fails: one line with the file, nothing left, an old file untouched."""
+    write_recording(made(5000), tmp_path / "source.mcap")
+    write_recording(made(5), tmp_path / "old.mcap")
+    before = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
+    done = subprocess.run(
+        [sys.executable, "-c", LIMITED, str(tmp_path / "source.mcap"), str(tmp_path / name)],
+        capture_output=True,
+        text=True,
+        cwd=tmp_path,
+    )
+    assert f"{tmp_path / name}" in done.stdout
+    assert "cannot be written: File too large" in done.stdout and done.stdout.count("\n") == 1
+    assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == before

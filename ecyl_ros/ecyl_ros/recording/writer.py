@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from types import TracebackType
 from typing import Any
@@ -12,6 +12,7 @@ import yaml
 
 from .. import __version__
 from ..errors import InputError
+from .atomic import replacing
 from .messages import definition, type_hash
 from .signals import Recording
 from .topics import TOPICS, TopicSpec
@@ -81,8 +82,8 @@ class RecordingWriter:
         self.topics = tuple(topics)
         self.is_folder = self.path.suffix != ".mcap"
         self.file = self.path / f"{self.path.name}_0.mcap" if self.is_folder else self.path
-        _make_room(self.path, overwrite=overwrite)
         try:
+            _make_room(self.path, overwrite=overwrite)
             self.file.parent.mkdir(parents=True, exist_ok=True)
             self._stream = self.file.open("xb")
         except OSError as error:
@@ -123,6 +124,8 @@ class RecordingWriter:
     def write(self, topic: str, cdr: bytes, stamp_ns: int) -> None:
         """Append one message; its log and publish time are the stamp.
 
+        Raises InputError where the file cannot be written, such as on a full disk.
+
         Args:
             topic: name of one of the writer's topics; KeyError for another.
             cdr: the serialised message, with its encapsulation header.
@@ -143,7 +146,8 @@ class RecordingWriter:
         self._last_ns = max(self._last_ns, stamp_ns)
         self._pending_bytes += len(cdr) + MESSAGE_OVERHEAD
         if self._pending_bytes >= self._chunk_bytes:
-            self._writer.flush()
+            with self._saying_why():
+                self._writer.flush()
             self._pending_bytes = 0
 
     @property
@@ -156,11 +160,19 @@ class RecordingWriter:
         if self._finished:
             return
         self._finished = True
-        self._writer.finish()
-        self._stream.close()
-        if self.is_folder:
-            text = _yaml({"rosbag2_bagfile_information": self._metadata()})
-            (self.path / "metadata.yaml").write_text(text, encoding="utf-8")
+        with self._saying_why():
+            with self._stream:
+                self._writer.finish()
+            if self.is_folder:
+                text = _yaml({"rosbag2_bagfile_information": self._metadata()})
+                (self.path / "metadata.yaml").write_text(text, encoding="utf-8")
+
+    @contextlib.contextmanager
+    def _saying_why(self) -> Iterator[None]:
+        try:
+            yield
+        except OSError as error:  # a full disk, most of the time
+            raise InputError(f"{self.file}: cannot be written: {error.strerror}") from None
 
     def _metadata(self) -> dict[str, Any]:
         span = {
@@ -203,7 +215,9 @@ class RecordingWriter:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        self.finish()
+        # Where writing has failed, finishing will too: the first reason is the one to hear.
+        with contextlib.suppress(InputError) if error is not None else contextlib.nullcontext():
+            self.finish()
 
 
 def write_recording(
@@ -249,15 +263,42 @@ def write_recording(
         columns.append(encode(topic.type, topic.frame_id, joints, recording.stamp_ns, values))
     if not written:
         raise InputError(f"{path}: nothing to write: the recording holds no measured signal")
-    with RecordingWriter(path, topics=written, overwrite=overwrite) as writer:
-        names = [topic.name for topic in written]
-        for i, stamp in enumerate(recording.stamp_ns.tolist()):
-            for name, messages in zip(names, columns, strict=True):
-                writer.write(name, messages[i], stamp)
+
+    def fill(target: Path, *, overwrite: bool) -> None:
+        with RecordingWriter(target, topics=written, overwrite=overwrite) as writer:
+            for i, stamp in enumerate(recording.stamp_ns.tolist()):
+                for topic, messages in zip(written, columns, strict=True):
+                    writer.write(topic.name, messages[i], stamp)
+
+    target = Path(path)
+    if target.suffix == ".mcap":
+        _check_room(target, overwrite=overwrite)
+        with replacing(target) as temporary:
+            try:
+                fill(temporary, overwrite=True)
+            except InputError as error:
+                raise InputError(str(error).replace(str(temporary), str(target))) from None
+        return
+    try:
+        fill(target, overwrite=overwrite)
+    except InputError:
+        # Half a bag is no bag. A target that was refused still holds what it held.
+        if (target / f"{target.name}_0.mcap").exists() and not (target / "metadata.yaml").exists():
+            _clear(target)
+            target.rmdir()
+        raise
 
 
 def _make_room(path: Path, *, overwrite: bool) -> None:
     """Refuse an existing target, or remove it where that was asked for and it is a recording."""
+    _check_room(path, overwrite=overwrite)
+    if path.is_dir():
+        _clear(path)
+    elif path.exists() or path.is_symlink():
+        path.unlink()
+
+
+def _check_room(path: Path, *, overwrite: bool) -> None:
     if not path.exists() and not path.is_symlink():
         return
     if not overwrite:
@@ -265,17 +306,19 @@ def _make_room(path: Path, *, overwrite: bool) -> None:
     if path.suffix == ".mcap":
         if not path.is_file():
             raise InputError(f"{path}: is no file and will not be overwritten")
-        path.unlink()
         return
     if not path.is_dir():
         raise InputError(f"{path}: is no bag folder and will not be overwritten")
-    strangers = [
-        entry.name
-        for entry in sorted(path.iterdir())
-        if entry.name != "metadata.yaml" and entry.suffix != ".mcap"
-    ]
+    strangers = [entry.name for entry in sorted(path.iterdir()) if not _of_a_bag(entry)]
     if strangers:
         raise InputError(f"{path}: holds {strangers[0]}, so is no mere bag: not overwritten")
-    for entry in path.iterdir():
-        with contextlib.suppress(FileNotFoundError):
-            entry.unlink()
+
+
+def _of_a_bag(entry: Path) -> bool:
+    return entry.name == "metadata.yaml" or entry.suffix == ".mcap"
+
+
+def _clear(folder: Path) -> None:
+    for entry in folder.iterdir():
+        if _of_a_bag(entry):
+            entry.unlink(missing_ok=True)
