@@ -74,13 +74,8 @@ def parse(args: list[str]) -> Arguments:
         elif word in _SWITCHES:
             name, value = _SWITCHES[word]
             setattr(found, name, value)
-        elif word.startswith(("__", "rosservice://", "rostopic://")) and ":=" in word:
-            found.remaps.append(remapping.parse_rule(word))
         elif word not in _IGNORED:
-            try:
-                found.remaps.append(remapping.parse_rule(word))
-            except ValueError:
-                unknown.append(word)
+            unknown.append(word)
     if unknown:
         raise UnknownArguments(f"Found unknown ROS arguments: {' '.join(unknown)}")
     return found
@@ -109,16 +104,3 @@ def _level(found: Arguments, value: str) -> None:
     if level.lower() not in LEVELS or (assigned and not name):
         raise ValueError(f"{value!r} is not a log level, nor <logger>:=<level>")
     found.log_levels[name] = level.lower()
-
-
-def without_ros(args: list[str]) -> list[str]:
-    """Return a command line without its ROS part, which is not checked."""
-    left, inside = [], False
-    for word in args:
-        if word == "--ros-args":
-            inside = True
-        elif inside and word == "--":
-            inside = False
-        elif not inside:
-            left.append(word)
-    return left

@@ -12,9 +12,10 @@ import yaml
 
 _INT = re.compile(r"[-+]?(0x[0-9a-fA-F]+|0[0-7]*|[1-9][0-9]*)\Z")
 _FLOAT = re.compile(
-    r"[-+]?(([0-9]+\.?[0-9]*|\.[0-9]+)([eE][-+]?[0-9]+)?|\.(inf|Inf|INF)|inf|nan|infinity)\Z|"
-    r"\.(nan|NaN|NAN)\Z",
+    r"[-+]?(([0-9]+\.?[0-9]*|\.[0-9]+)([eE][-+]?[0-9]+)?"
+    r"|\.(inf|Inf|INF)|(?i:inf|infinity|nan))\Z|\.(nan|NaN|NAN)\Z",
 )
+_STR = "tag:yaml.org,2002:str"
 _TRUE = ("Y", "y", "yes", "Yes", "YES", "true", "True", "TRUE", "on", "On", "ON")
 _FALSE = ("N", "n", "no", "No", "NO", "false", "False", "FALSE", "off", "Off", "OFF")
 
@@ -36,8 +37,10 @@ def parse_rule(text: str) -> tuple[str, str, Any]:
         tree = yaml.compose(value, Loader=yaml.SafeLoader)
     except yaml.YAMLError as error:
         raise ValueError(f"{value!r} is not YAML: {error}") from error
-    if tree is None:
+    if not value.strip():
         raise ValueError(f"{name!r} has no value")
+    if tree is None:  # a comment, say
+        return (node or "/**"), name, None
     return (node or "/**"), name, _value(tree, name)
 
 
@@ -53,6 +56,8 @@ def read(path: str) -> list[tuple[str, str, Any]]:
         raise ValueError(f"cannot open parameter file: {error}") from error
     except (yaml.YAMLError, UnicodeDecodeError) as error:
         raise ValueError(f"parameter file {path!r} is not YAML: {error}") from error
+    if tree is None:
+        return []
     if not isinstance(tree, yaml.MappingNode):
         raise ValueError(f"parameter file {path!r} does not begin with node names")
     found: list[tuple[str, str, Any]] = []
@@ -83,6 +88,8 @@ def _parameters(tree: yaml.MappingNode, prefix: str, node: str, found: list[Any]
     for key, below in tree.value:
         name = f"{prefix}{key.value}"
         if isinstance(below, yaml.MappingNode):
+            if not below.value:
+                raise ValueError(f"parameter {name!r}: an empty mapping is no value")
             _parameters(below, f"{name}.", node, found)
         else:
             found.append((node, name, _value(below, name)))
@@ -95,38 +102,38 @@ def _value(tree: Any, name: str) -> Any:
         if not all(isinstance(item, yaml.ScalarNode) for item in tree.value):
             raise ValueError(f"parameter {name!r}: a list must hold plain values")
         values = [_scalar(item, name) for item in tree.value]
-        kinds = {type(v) for v in values}
-        if len(kinds) > 1:
-            # A list may mix whole and other numbers; it is a list of floats then.
-            if kinds != {int, float}:
-                raise ValueError(f"parameter {name!r}: a list must hold values of one type")
+        if len({type(v) for v in values}) > 1:
             raise ValueError(f"parameter {name!r}: a list must hold values of one type")
+        if not values:
+            return None  # its type cannot be told, so that it counts as not set
         return values
     raise ValueError(f"parameter {name!r}: nested values are not allowed here")
 
 
 def _scalar(node: yaml.ScalarNode, name: str) -> Any:
     text = node.value
-    if node.style in ("'", '"') or node.tag == "!!str" or node.tag == "!str":
-        return text
-    if not text or text in ("~", "null"):
+    if node.style is not None or (node.tag == _STR != _implicit(text)):
+        return text  # quoted, or tagged !!str
+    if not text:
         raise ValueError(f"parameter {name!r} has no value")
-    if node.tag.startswith("tag:yaml.org,2002:str") and node.style in ("|", ">"):
-        return text
     if text in _TRUE:
         return True
     if text in _FALSE:
         return False
     if _INT.match(text):
         value = int(text, 8) if re.match(r"[-+]?0[0-7]+\Z", text) else int(text, 0)
-        if not -(2**63) <= value < 2**63:
-            raise ValueError(f"parameter {name!r}: {text} does not fit into 64 bits")
-        return value
+        if -(2**63) <= value < 2**63:
+            return value
     if _FLOAT.match(text):
-        return float(text.lstrip(".") if text.lower().endswith(("inf", "nan")) else text)
-    if re.match(r"[-+]\.(inf|Inf|INF)\Z", text):
-        return float(text.replace(".", ""))
+        number = float(text.replace(".", "") if text[-1] in "fFnNyY" else text)
+        if abs(number) != float("inf") or text[-1] in "fFyY":  # too large a number is a text
+            return number
     return text
+
+
+def _implicit(text: str) -> str:
+    """Return the tag that YAML gives to a plain text without one."""
+    return str(yaml.resolver.Resolver().resolve(yaml.ScalarNode, text, (True, False)))
 
 
 def matches(pattern: str, full_node_name: str) -> bool:

@@ -85,7 +85,7 @@ def expand(name: str, node: str, namespace: str) -> str:
         name = f"{base}/{node}{name[1:]}"
     elif not name.startswith("/"):
         name = f"{base}/{name}"
-    return name.replace("//", "/") if "{" not in name else name
+    return name
 
 
 def remap(rules: list[Rule], full: str, kind: str, node: str, namespace: str) -> str:
@@ -94,9 +94,9 @@ def remap(rules: list[Rule], full: str, kind: str, node: str, namespace: str) ->
     :param kind: ``'topic'`` or ``'service'``.
     """
     for rule in rules:
-        if rule.kind in (kind, "any") and rule.node in (None, node):
-            if expand(rule.source, node, namespace) == full:
-                return expand(rule.target, node, namespace)
+        applies = rule.kind in (kind, "any") and rule.node in (None, node)
+        if applies and expand(rule.source, node, namespace) == full:
+            return expand(rule.target, node, namespace)
     return full
 
 
@@ -149,7 +149,9 @@ def _path_error(name: str, what: str) -> tuple[str, int] | None:
     if bad := re.search(r"/[0-9]", name):
         return f"{what} must not have a token that starts with a number", bad.start() + 1
     if len(name) > 247:
-        return f"{what} length should not exceed '247'", 246
+        if what == "namespace":
+            return "namespace should not exceed 'RMW_NAMESPACE_MAX_NAME_LENGTH'", 244
+        return "topic length should not exceed '255U - 8U'", 246
     return None
 
 
@@ -159,18 +161,19 @@ def topic_name_error(name: str) -> tuple[str, int] | None:
         return "topic name must not be empty string", 0
     if name.endswith("/"):
         return "topic name must not end with a forward slash", len(name) - 1
-    depth = 0
+    opened = -1
+    unbalanced = "topic name must not have unmatched (unbalanced) curly braces '{}'"
     for at, char in enumerate(name):
         if char == "{":
-            if depth:
-                return "topic name must not have nested curly braces", at
-            depth = 1
+            if opened >= 0:
+                return unbalanced, at
+            opened = at
         elif char == "}":
-            if not depth:
-                return "topic name must not have unbalanced curly braces", at
-            depth = 0
+            if opened < 0:
+                return unbalanced, at
+            opened = -1
         elif char == "~" and at:
-            return "topic name must not have tilde character not at the beginning", at
+            return "topic name must not have tilde '~' unless it is the first character", at
         elif not re.match(r"[A-Za-z0-9_/~]", char):
             return (
                 "topic name must not contain characters other than alphanumerics, '_', '~', "
@@ -179,13 +182,14 @@ def topic_name_error(name: str) -> tuple[str, int] | None:
             )
         elif char.isdigit() and (at == 0 or name[at - 1] == "/"):
             return "topic name token must not start with a number", at
-    if depth:
-        return "topic name must not have unbalanced curly braces", name.index("{")
-    if name.startswith("~") and len(name) > 1 and name[1] != "/":
-        return "topic name must not have tilde not followed by a forward slash", 1
-    if (at := name.find("//")) >= 0:
-        return "topic name must not contain repeated forward slashes", at + 1
-    for found in re.finditer(r"\{([^}]*)\}", name):
-        if found.group(1) not in ("node", "ns", "namespace"):
-            return "topic name has an unknown substitution", found.start()
+    if opened >= 0:
+        return unbalanced, opened
+    return None
+
+
+def unknown_substitution(name: str) -> str | None:
+    """Return the first ``{...}`` of a name that stands for nothing, ``None`` if all do."""
+    for found in re.findall(r"\{[^}]*\}", name):
+        if found not in ("{node}", "{ns}", "{namespace}"):
+            return str(found)
     return None

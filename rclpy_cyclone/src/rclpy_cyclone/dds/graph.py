@@ -46,7 +46,14 @@ def tags(quality: Any) -> dict[str, str]:
 
 
 def _endpoint(
-    key: bytes, owner: bytes, _handle: int, topic: str, kind: str, quality: Any, _info: Any, _id: Any
+    key: bytes,
+    owner: bytes,
+    _handle: int,
+    topic: str,
+    kind: str,
+    quality: Any,
+    _info: Any,
+    _id: Any,
 ) -> Endpoint:
     return Endpoint(
         bytes(key), bytes(owner), topic, kind, qos.policies_of(quality), tags(quality)

@@ -92,7 +92,7 @@ def free(handle: Any) -> None:
 def policies_of(qos: Qos) -> Policies:
     """Return the policies of a discovered endpoint."""
     found = Policies()
-    history = qos[Policy.History] if Policy.History in qos else None
+    history = qos[Policy.History] if Policy.History in qos else None  # noqa: SIM401
     found.depth = 0
     if history is Policy.History.KeepAll:
         found.keep_all = True
@@ -106,7 +106,7 @@ def policies_of(qos: Qos) -> Policies:
     )
     found.deadline = _ros(qos[Policy.Deadline].deadline if Policy.Deadline in qos else INFINITY)
     found.lifespan = _ros(qos[Policy.Lifespan].lifespan if Policy.Lifespan in qos else INFINITY)
-    lively = qos[Policy.Liveliness] if Policy.Liveliness in qos else None
+    lively = qos[Policy.Liveliness] if Policy.Liveliness in qos else None  # noqa: SIM401
     found.lease = _ros(lively.lease_duration if lively is not None else INFINITY)
     found.manual_liveliness = isinstance(lively, Policy.Liveliness.ManualByTopic)
     return found

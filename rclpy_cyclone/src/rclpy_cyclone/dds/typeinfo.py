@@ -11,13 +11,14 @@ from types import SimpleNamespace
 from typing import Any
 
 from cyclonedds.idl import make_idl_struct
-from cyclonedds.idl import types as idl
+from cyclonedds.idl import types as _idl
 from cyclonedds.idl._support import Endianness
 from cyclonedds.idl._xt_builder import XTBuilder
 
 from rclpy_cyclone.types import store
 from rclpy_cyclone.types.store import EMPTY, Field, dds_name, fields
 
+idl: Any = _idl  # whose generics type checkers do not see through
 _BASES: dict[str, Any] = {
     "bool": bool, "byte": idl.uint8, "char": idl.uint8, "int8": idl.int8, "uint8": idl.uint8,
     "int16": idl.int16, "uint16": idl.uint16, "int32": idl.int32, "uint32": idl.uint32,

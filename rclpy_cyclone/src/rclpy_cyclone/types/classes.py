@@ -64,7 +64,7 @@ def message_class(typename: str) -> Any:
     module = f"{package}.{kind}._{snake(base.removesuffix('_Request').removesuffix('_Response'))}"
     members = fields(typename)
     space: dict[str, Any] = {
-        "__slots__": tuple(f"_{name}" for name, _ in members),
+        "__slots__": [f"_{name}" for name, _ in members],
         "__module__": module,
         "__doc__": f"Message class '{base}'.",
         "__hash__": None,
@@ -216,7 +216,7 @@ def _default(name: str, field: Field, preset: Any, space: dict[str, Any]) -> tup
         )
         return UNSET, lines, ""
     default = zero(field) if preset is None else preset
-    if field.base in ("float64", "bool") or field.base == "string" and not field.text_bound:
+    if field.base in ("float64", "bool") or (field.base == "string" and not field.text_bound):
         kind = {"float64": "float", "bool": "bool", "string": "str"}[field.base]
         return default, name, f"{name}.__class__ is {kind}"
     space[f"d{name}"] = default
@@ -273,5 +273,5 @@ def _top(typename: str) -> tuple[Callable[[Any], bytearray], Callable[[bytes], A
 
 
 def codec_of(cls: Any) -> tuple[Callable[[Any], bytearray], Callable[[bytes], Any]]:
-    """Return ``(serialise, deserialise)`` of a class; the latter takes the data behind the header."""
+    """Return ``(serialise, deserialise)`` of a class; the latter takes what follows the header."""
     return _top(cls._ros_name)

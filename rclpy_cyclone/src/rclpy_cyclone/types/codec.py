@@ -240,7 +240,7 @@ class _Deserialiser(_Writer):
         known, offset = self.known, self.offset
         if field.kind == "array":
             self.align(size)
-            form = numpy.dtype(TYPECODES[field.base]).newbyteorder(self.order)
+            form = numpy.dtype(self.order + TYPECODES[field.base])
             data = self.name(form, "y")
             native = self.name(numpy.dtype(TYPECODES[field.base]), "n")
             self.emit(f"{target} = numpy.frombuffer(b, {data}, {count}, p).astype({native})")

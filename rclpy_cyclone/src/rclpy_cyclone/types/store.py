@@ -10,7 +10,7 @@ from functools import cache
 from typing import Any
 
 from rosbags.interfaces import Nodetype
-from rosbags.typesys import Stores, get_typestore, get_types_from_msg
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from rclpy_cyclone.types import services
 
@@ -48,7 +48,7 @@ class Field:
 @cache
 def typestore() -> Any:
     """Return the rosbags type store of Jazzy, with the service types registered."""
-    store = get_typestore(Stores.ROS2_JAZZY)
+    store: Any = get_typestore(Stores.ROS2_JAZZY)
     for name, (request, response) in services.DEFINITIONS.items():
         package, service = name.split("/srv/")
         for text, part in ((request, "Request"), (response, "Response")):

@@ -81,6 +81,8 @@ __executor: Any = None
 def get_global_executor() -> Executor:
     """Return the executor that :func:`spin` uses if it is given none."""
     global __executor
+    if __executor is not None and __executor.context is not get_default_context():
+        __executor = None  # it is of a context that a signal ended
     if __executor is None:
         from rclpy.executors import SingleThreadedExecutor
 
@@ -89,9 +91,11 @@ def get_global_executor() -> Executor:
         def reset() -> None:
             global __executor
             executor.shutdown()
-            __executor = None
+            if __executor is executor:
+                __executor = None
 
         get_default_context().on_shutdown(reset)
+        return executor
     return __executor
 
 

@@ -67,7 +67,7 @@ class Executor:
         self._wait: waiting.WaitSet | None = None
         self._watched: dict[int, Callable[[], None]] = {}
         self._waiting = False
-        self._context.on_shutdown(self.wake)
+        self._context._on_invalid(self.wake)
 
     @property
     def context(self) -> Context:

@@ -207,7 +207,7 @@ class NodeGraph:
         end = time.monotonic() + timeout
         while name not in self.get_fully_qualified_node_names():
             left = end - time.monotonic()
-            if 0 <= timeout and left <= 0:
+            if timeout >= 0 and left <= 0:
                 return False
             time.sleep(0.02 if timeout < 0 else min(0.02, left))
         return True

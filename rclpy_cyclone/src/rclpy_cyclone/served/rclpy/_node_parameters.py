@@ -261,9 +261,9 @@ class NodeParameters:
             for prefix in prefixes:
                 if name == prefix:
                     return True
-                if name.startswith(prefix + dot):
-                    if depth == 0 or name[len(prefix) + 1 :].count(dot) < depth:
-                        return True
+                below = name.startswith(prefix + dot)
+                if below and (depth == 0 or name[len(prefix) + 1 :].count(dot) < depth):
+                    return True
             return False
 
         result = ListParametersResult()

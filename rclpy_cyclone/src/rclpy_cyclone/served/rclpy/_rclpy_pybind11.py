@@ -1,5 +1,6 @@
 """Exceptions and enumerations that rclpy defines in its compiled part."""
 
+import builtins
 from enum import IntEnum
 
 from rclpy.clock_type import ClockType  # noqa: F401  (rclpy offers it here too)
@@ -33,7 +34,7 @@ class UnsupportedEventTypeError(RCLError):
     """The middleware does not offer such events."""
 
 
-class NotImplementedError(NotImplementedError):  # noqa: A001
+class NotImplementedError(builtins.NotImplementedError):
     """The middleware does not implement this."""
 
 

@@ -84,7 +84,7 @@ class Client(Ready):
         if not future.done() and not event.wait(timeout_sec):
             self.remove_pending_request(future)
         if future.exception() is not None:
-            raise future.exception()  # type: ignore[misc]
+            raise future.exception()
         return future.result()
 
     def call_async(self, request: Any) -> Future:

@@ -212,7 +212,7 @@ class Clock:
             if changed or self.now() >= until:
                 event.set()
 
-        context.on_shutdown(event.set)
+        context._on_invalid(event.set)
         threshold = JumpThreshold(min_forward=Duration(nanoseconds=1), min_backward=None)
         with self.create_jump_callback(threshold, post_callback=on_jump):
             while context.ok() and not changed:

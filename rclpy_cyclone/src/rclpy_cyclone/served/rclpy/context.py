@@ -10,7 +10,7 @@ from inspect import ismethod
 from types import TracebackType
 from typing import Any
 
-from rclpy._rclpy_pybind11 import RCLError, RCLInvalidROSArgsError, UnknownROSArgsError
+from rclpy._rclpy_pybind11 import RCLError, UnknownROSArgsError
 from rclpy_cyclone import arguments
 
 _contexts: weakref.WeakSet[Context] = weakref.WeakSet()  # those a signal shuts down
@@ -25,6 +25,7 @@ class Context:
     def __init__(self) -> None:
         self._lock = threading.RLock()
         self._callbacks: list[Any] = []
+        self._wakers: list[Any] = []  # weak methods that wake whoever waits
         self._state = "new"  # then "valid", then "down"
         self._domain_id = 0
         self._arguments = arguments.Arguments()
@@ -49,7 +50,7 @@ class Context:
         :param initialize_logging: whether to apply the command line's log levels.
         :param domain_id: DDS domain, that of ``ROS_DOMAIN_ID`` if it is not given.
         :raises RuntimeError: if it was initialised before, or the domain is negative.
-        :raises RCLInvalidROSArgsError: if ROS arguments are malformed.
+        :raises RCLError: if ROS arguments or environment variables are malformed.
         :raises UnknownROSArgsError: if there are ROS arguments nobody knows.
         """
         from rclpy_cyclone.dds import domain
@@ -64,7 +65,7 @@ class Context:
             except arguments.UnknownArguments as error:
                 raise UnknownROSArgsError(str(error)) from None
             except ValueError as error:
-                raise RCLInvalidROSArgsError(f"failed to initialize rcl: {error}") from None
+                raise RCLError(f"failed to initialize rcl: {error}") from None
             try:
                 self._domain_id = domain.domain_id() if domain_id is None else domain_id
                 domain.discovery_range()
@@ -101,13 +102,26 @@ class Context:
             was_valid = self._state == "valid"
             self._state = "down"
             callbacks, self._callbacks = self._callbacks, []
-        for entry in callbacks:
-            callback = entry() if isinstance(entry, weakref.WeakMethod) else entry
-            if callback is not None:
-                callback()
+        _call(callbacks)
+        _call(self._wakers)
         if was_valid and self._nodes == 0:
             self._close()
         return was_valid
+
+    def _invalidate(self) -> None:
+        """Become invalid because of a signal: wake all waiters, but call no callbacks.
+
+        (rclpy's signal handlers do not know of the callbacks given to :meth:`on_shutdown`.)
+        """
+        if self._state == "valid":
+            self._state = "down"
+            _call(self._wakers)
+
+    def _on_invalid(self, method: Callable[[], None]) -> None:
+        """Have a bound method, held weakly, called when the context becomes invalid."""
+        with self._lock:
+            self._wakers = [w for w in self._wakers if w() is not None]
+            self._wakers.append(weakref.WeakMethod(method))
 
     def on_shutdown(self, callback: Callable[[], None]) -> None:
         """Have a function called on shutdown; at once if that has been.
@@ -173,3 +187,10 @@ class Context:
         exc_tb: TracebackType | None,
     ) -> None:
         self.try_shutdown()
+
+
+def _call(entries: list[Any]) -> None:
+    for entry in list(entries):
+        callback = entry() if isinstance(entry, weakref.WeakMethod) else entry
+        if callback is not None:
+            callback()

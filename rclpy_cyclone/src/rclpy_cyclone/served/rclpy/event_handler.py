@@ -6,7 +6,7 @@ import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import IntEnum
-from typing import Any
+from typing import Any, ClassVar
 
 from rclpy._rclpy_pybind11 import UnsupportedEventTypeError
 from rclpy.qos import QoSPolicyKind, qos_policy_name_from_kind
@@ -162,7 +162,12 @@ class EventHandler(Waitable):
     """
 
     def __init__(
-        self, *, callback_group: Any, callback: Callable[[Any], Any], event_type: Any, parent_impl: Any
+        self,
+        *,
+        callback_group: Any,
+        callback: Callable[[Any], Any],
+        event_type: Any,
+        parent_impl: Any,
     ) -> None:
         super().__init__(callback_group)
         self.event_type = event_type
@@ -187,7 +192,8 @@ class EventHandler(Waitable):
     def _take(self) -> tuple[Any, tuple[Any, ...]] | None:
         self._has = False
         raw = self._source.status(self._status)
-        values = {n: getattr(raw, n) for n in self._info_class.__dataclass_fields__ if hasattr(raw, n)}
+        names = self._info_class.__dataclass_fields__
+        values = {n: getattr(raw, n) for n in names if hasattr(raw, n)}
         if not any(v for n, v in values.items() if n.endswith("change")):
             return None
         info = self._info_class(**values)
@@ -217,7 +223,7 @@ class _Callbacks:
     """Common part of the two containers of callbacks."""
 
     use_default_callbacks: bool
-    _events: dict[str, Any]
+    _events: ClassVar[dict[str, Any]]
     _warning: str
 
     def create_event_handlers(
@@ -261,7 +267,7 @@ class SubscriptionEventCallbacks(_Callbacks):
     :param use_default_callbacks: whether there are defaults.
     """
 
-    _events = {
+    _events: ClassVar[dict[str, Any]] = {
         "deadline": _S.RCL_SUBSCRIPTION_REQUESTED_DEADLINE_MISSED,
         "incompatible_qos": _S.RCL_SUBSCRIPTION_REQUESTED_INCOMPATIBLE_QOS,
         "liveliness": _S.RCL_SUBSCRIPTION_LIVELINESS_CHANGED,
@@ -305,7 +311,7 @@ class PublisherEventCallbacks(_Callbacks):
     :param use_default_callbacks: whether there are defaults.
     """
 
-    _events = {
+    _events: ClassVar[dict[str, Any]] = {
         "deadline": _P.RCL_PUBLISHER_OFFERED_DEADLINE_MISSED,
         "liveliness": _P.RCL_PUBLISHER_LIVELINESS_LOST,
         "incompatible_qos": _P.RCL_PUBLISHER_OFFERED_INCOMPATIBLE_QOS,

@@ -11,7 +11,7 @@ from concurrent.futures import ThreadPoolExecutor
 from threading import Condition
 from typing import Any
 
-from rclpy._executor_base import (  # noqa: F401
+from rclpy._executor_base import (
     ConditionReachedException,
     Executor,
     ExternalShutdownException,
@@ -70,9 +70,8 @@ class SingleThreadedExecutor(Executor):
         """Run one item of the queue; ``False`` if there was nothing to run after all."""
         if item._is_task:
             item()
-            if item._done:
-                if item._exception is not None:
-                    raise item.exception()
+            if item._exception is not None:
+                raise item.exception()
             return True
         item._queued = False
         group = item.callback_group
@@ -92,7 +91,7 @@ class SingleThreadedExecutor(Executor):
                 task = Task(callback, args, None, self, lambda: self._end(group, item))
                 task()
                 if task._exception is not None:
-                    raise task.exception()  # type: ignore[misc]
+                    raise task.exception()
             else:
                 callback(*args)
             return True
@@ -142,7 +141,8 @@ class MultiThreadedExecutor(Executor):
         if num_threads == 1:
             warnings.warn(
                 "MultiThreadedExecutor is used with a single thread.\n"
-                "Use the SingleThreadedExecutor instead."
+                "Use the SingleThreadedExecutor instead.",
+                stacklevel=2,
             )
         self._pool = ThreadPoolExecutor(num_threads)
         self._tracker = _WorkTracker()
@@ -209,7 +209,7 @@ class MultiThreadedExecutor(Executor):
         with self._tracker:
             task()
         if task._done and task._exception is not None:
-            self._failures.append(task.exception())  # type: ignore[arg-type]
+            self._failures.append(task.exception())
             self.wake()
 
     def shutdown(self, timeout_sec: float | None = None) -> bool:

@@ -6,7 +6,6 @@ import os
 from pathlib import Path
 from typing import Any
 
-from rclpy._rclpy_pybind11 import RCLError
 from rclpy.impl.logging_severity import LoggingSeverity
 from rclpy.impl.rcutils_logger import RcutilsLogger
 from rclpy_cyclone import console
@@ -59,12 +58,12 @@ def get_logger_level(name: str) -> LoggingSeverity:
 def get_logging_severity_from_string(log_severity: str) -> LoggingSeverity:
     """Return the severity of a word such as ``'info'``, in any case.
 
-    :raises RCLError: if there is none.
+    :raises RuntimeError: if there is none.
     """
     try:
         return LoggingSeverity[log_severity.upper()]
     except KeyError:
-        raise RCLError(f"Unable to get severity level from string: {log_severity}") from None
+        raise RuntimeError("Failed to get severity name") from None
 
 
 def get_logging_directory() -> Path:

@@ -51,8 +51,8 @@ class Parameter:
                 raise TypeError(
                     f"The given value is not one of the allowed types '{parameter_value}'."
                 )
-            for kind, type_ in _MANY:
-                if all(isinstance(v, kind) for v in parameter_value):
+            for item, type_ in _MANY:
+                if all(isinstance(v, item) for v in parameter_value):
                     return type_
             raise TypeError(
                 "The given value is not a list of one of the allowed types "
@@ -113,15 +113,21 @@ class Parameter:
 
 
 _T = Parameter.Type
-_SINGLE = ((bool, _T.BOOL), (int, _T.INTEGER), (float, _T.DOUBLE), (str, _T.STRING))
-_MANY = (
+_Kinds = tuple[tuple[Any, Parameter.Type], ...]
+_SINGLE: _Kinds = (
+    (bool, _T.BOOL),
+    (int, _T.INTEGER),
+    (float, _T.DOUBLE),
+    (str, _T.STRING),
+)
+_MANY: _Kinds = (
     (bytes, _T.BYTE_ARRAY),
     (bool, _T.BOOL_ARRAY),
     (int, _T.INTEGER_ARRAY),
     (float, _T.DOUBLE_ARRAY),
     (str, _T.STRING_ARRAY),
 )
-_FIELDS = {
+_FIELDS: dict[Parameter.Type, str] = {
     _T.BOOL: "bool_value",
     _T.INTEGER: "integer_value",
     _T.DOUBLE: "double_value",
@@ -135,7 +141,16 @@ _FIELDS = {
 
 
 def _list_of(kind: Any, *also: Any) -> Callable[[Any], bool]:
-    return lambda v: isinstance(v, (list, tuple, *also)) and all(isinstance(x, kind) for x in v)
+    def check(values: Any) -> bool:
+        return isinstance(values, (list, tuple, *also)) and all(
+            isinstance(v, kind) for v in values
+        )
+
+    return check
+
+
+def _byte_list(values: Any) -> bool:
+    return _list_of(bytes)(values) and all(len(v) == 1 for v in values)
 
 
 _CHECKS: dict[Parameter.Type, Callable[[Any], bool]] = {
@@ -144,7 +159,7 @@ _CHECKS: dict[Parameter.Type, Callable[[Any], bool]] = {
     _T.INTEGER: lambda v: isinstance(v, int),
     _T.DOUBLE: lambda v: isinstance(v, float),
     _T.STRING: lambda v: isinstance(v, str),
-    _T.BYTE_ARRAY: lambda v: _list_of(bytes)(v) and all(len(x) == 1 for x in v),
+    _T.BYTE_ARRAY: _byte_list,
     _T.BOOL_ARRAY: _list_of(bool),
     _T.INTEGER_ARRAY: _list_of(int, array.array),
     _T.DOUBLE_ARRAY: _list_of(float, array.array),

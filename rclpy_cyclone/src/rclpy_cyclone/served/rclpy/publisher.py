@@ -13,6 +13,7 @@ from rclpy_cyclone.dds.participant import matched_readers, write
 from rclpy_cyclone.dds.qos import Policies
 from rclpy_cyclone.types import classes, copying
 
+_FOR_EVER = Duration(seconds=-1)
 _count = clib.quick.dds_get_matched_subscriptions
 
 
@@ -143,7 +144,7 @@ class Publisher(Ready):
         self._alive()
         clib.check(clib.blocking.dds_assert_liveliness(self._writer), "assert liveliness")
 
-    def wait_for_all_acked(self, timeout: Duration = Duration(seconds=-1)) -> bool:
+    def wait_for_all_acked(self, timeout: Duration = _FOR_EVER) -> bool:
         """Wait until all matched subscriptions have what was published.
 
         :param timeout: how long to wait; for ever if negative.

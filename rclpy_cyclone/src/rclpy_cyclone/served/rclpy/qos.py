@@ -114,7 +114,8 @@ class _Deprecated:
 
     def __get__(self, obj: Any, owner: Any) -> Any:
         warnings.warn(
-            f"{owner.__name__}.{self.old} is deprecated. Use {owner.__name__}.{self.new} instead."
+            f"{owner.__name__}.{self.old} is deprecated. Use {owner.__name__}.{self.new} instead.",
+            stacklevel=2,
         )
         return owner[self.new]
 
@@ -134,6 +135,19 @@ DeadlineBestAvailable = Duration(nanoseconds=_BEST_AVAILABLE_NS)
 LivelinessLeaseDurationeBestAvailable = Duration(nanoseconds=_BEST_AVAILABLE_NS)
 
 
+_DEFAULTS: dict[str, Any] = {
+    "history": HistoryPolicy.KEEP_LAST,
+    "depth": 10,
+    "reliability": ReliabilityPolicy.RELIABLE,
+    "durability": DurabilityPolicy.VOLATILE,
+    "lifespan": Duration(),
+    "deadline": Duration(),
+    "liveliness": LivelinessPolicy.SYSTEM_DEFAULT,
+    "liveliness_lease_duration": Duration(),
+    "avoid_ros_namespace_conventions": False,
+}
+
+
 class QoSProfile:
     """A set of policies for a publisher, subscription, client or service.
 
@@ -150,7 +164,7 @@ class QoSProfile:
         ``KEEP_LAST`` without a depth.
     """
 
-    __slots__ = [
+    __slots__ = [  # noqa: RUF023  (in the order they are printed in)
         "_history",
         "_depth",
         "_reliability",
@@ -169,18 +183,12 @@ class QoSProfile:
         if "history" not in kwargs:
             if "depth" not in kwargs:
                 raise InvalidQoSProfileException("History and/or depth settings are required.")
-            kwargs["history"] = HistoryPolicy.KEEP_LAST
-        self.history = kwargs["history"]
-        if self.history == HistoryPolicy.KEEP_LAST and "depth" not in kwargs:
+        chosen = {**_DEFAULTS, **kwargs}
+        last = HistoryPolicy.KEEP_LAST
+        if chosen["history"] == last and "depth" not in kwargs:
             raise InvalidQoSProfileException("History set to KEEP_LAST without a depth setting.")
-        self.depth = kwargs.get("depth", 10)
-        self.reliability = kwargs.get("reliability", ReliabilityPolicy.RELIABLE)
-        self.durability = kwargs.get("durability", DurabilityPolicy.VOLATILE)
-        self.lifespan = kwargs.get("lifespan", Duration())
-        self.deadline = kwargs.get("deadline", Duration())
-        self.liveliness = kwargs.get("liveliness", LivelinessPolicy.SYSTEM_DEFAULT)
-        self.liveliness_lease_duration = kwargs.get("liveliness_lease_duration", Duration())
-        self.avoid_ros_namespace_conventions = kwargs.get("avoid_ros_namespace_conventions", False)
+        for name in _DEFAULTS:  # history first: the check of the depth looks at it
+            setattr(self, name, chosen[name])
 
     def __eq__(self, other: Any) -> bool:
         if not isinstance(other, QoSProfile):
@@ -201,10 +209,11 @@ class QoSProfile:
     @depth.setter
     def depth(self, value: int) -> None:
         assert isinstance(value, int)
-        if self.history == HistoryPolicy.KEEP_LAST and value == 0:
+        if getattr(self, "history") == HistoryPolicy.KEEP_LAST and value == 0:  # noqa: B009
             warnings.warn(
                 "A zero depth with KEEP_LAST doesn't make sense; no data could be stored. "
-                "This will be interpreted as SYSTEM_DEFAULT"
+                "This will be interpreted as SYSTEM_DEFAULT",
+                stacklevel=2,
             )
         self._depth = value
 
@@ -236,16 +245,13 @@ for _name, _kind in (
     ("liveliness", LivelinessPolicy),
 ):
     setattr(QoSProfile, _name, _policy_property(_name, _kind))
-for _name, _what in (
-    ("lifespan", "Age at which a sample is dropped."),
-    ("deadline", "Longest time between two samples."),
-    ("liveliness_lease_duration", "Time within which a publisher shows life."),
+for _name, _plain, _what in (
+    ("lifespan", Duration, "Age at which a sample is dropped."),
+    ("deadline", Duration, "Longest time between two samples."),
+    ("liveliness_lease_duration", Duration, "Time within which a publisher shows life."),
+    ("avoid_ros_namespace_conventions", bool, "Whether the topic name is used as it is."),
 ):
-    setattr(QoSProfile, _name, _plain_property(_name, Duration, _what))
-QoSProfile.avoid_ros_namespace_conventions = _plain_property(  # type: ignore[attr-defined]
-    "avoid_ros_namespace_conventions", bool, "Whether the topic name is used as it is."
-)
-
+    setattr(QoSProfile, _name, _plain_property(_name, _plain, _what))
 qos_profile_unknown = QoSProfile(
     history=HistoryPolicy.UNKNOWN,
     depth=0,
@@ -313,43 +319,55 @@ def qos_check_compatible(
 
     :return: the verdict, and the reasons if it is not ``OK``.
     """
+    errors: list[str] = []
+    warns: list[str] = []
     pub, sub = publisher_qos, subscription_qos
-    errors, warns = [], []
-
-    def judge(bad: bool, unsure: bool, what: str) -> None:
-        if bad:
-            errors.append(f"ERROR: {what};")
-        elif unsure:
-            warns.append(f"WARNING: {what};")
-
-    unclear = ("SYSTEM_DEFAULT", "UNKNOWN", "BEST_AVAILABLE")
-    judge(
-        pub.reliability.name == "BEST_EFFORT" and sub.reliability.name == "RELIABLE",
-        pub.reliability.name in unclear
-        and sub.reliability.name == "RELIABLE"
-        or pub.reliability.name == "BEST_EFFORT"
-        and sub.reliability.name in unclear[:2],
-        "Best effort publisher and reliable subscription",
-    )
-    judge(
-        pub.durability.name == "VOLATILE" and sub.durability.name == "TRANSIENT_LOCAL",
-        pub.durability.name in unclear
-        and sub.durability.name == "TRANSIENT_LOCAL"
-        or pub.durability.name == "VOLATILE"
-        and sub.durability.name in unclear[:2],
-        "Volatile publisher and transient local subscription",
-    )
-    for name in ("deadline", "liveliness_lease_duration"):
-        wanted, offered = getattr(sub, name).nanoseconds, getattr(pub, name).nanoseconds
-        limits = (0, Infinite.nanoseconds, _BEST_AVAILABLE_NS)
-        bad = wanted not in limits and (offered in limits[:2] or offered > wanted)
-        judge(bad, False, f"Subscription has a shorter {name.replace('_', ' ')} than publisher")
-    judge(
-        pub.liveliness.name == "AUTOMATIC" and sub.liveliness.name == "MANUAL_BY_TOPIC",
-        pub.liveliness.name in unclear and sub.liveliness.name == "MANUAL_BY_TOPIC",
-        "Publisher's liveliness is automatic and subscription's is manual by topic",
-    )
-    reason = "".join(errors + warns)
+    for policy, weak, strong, words in (
+        ("reliability", "BEST_EFFORT", "RELIABLE", ("Best effort", "Reliable")),
+        ("durability", "VOLATILE", "TRANSIENT_LOCAL", ("Volatile", "Transient local")),
+    ):
+        offered, wanted = getattr(pub, policy), getattr(sub, policy)
+        given, asked = offered.name.lower(), wanted.name.lower()
+        if offered.name == weak and wanted.name == strong:
+            errors.append(f"{words[0]} publisher and {words[1].lower()} subscription")
+        elif offered.name == weak and _unclear(wanted):
+            warns.append(f"{words[0]} publisher, but subscription is {asked}")
+        elif _unclear(offered) and wanted.name == strong:
+            warns.append(f"{words[1]} subscription, but publisher is {given}")
+        elif _unclear(offered) and _unclear(wanted):
+            warns.append(f"Publisher {policy} is {given} and subscription {policy} is {asked}")
+    for name, what, less in (
+        ("deadline", "a deadline", "deadline is less than publisher deadline"),
+        (
+            "liveliness_lease_duration",
+            "a liveliness lease duration",
+            "liveliness lease duration is less than publisher",
+        ),
+    ):
+        longest, limit = getattr(pub, name).nanoseconds, getattr(sub, name).nanoseconds
+        none = (0, Infinite.nanoseconds, _BEST_AVAILABLE_NS)
+        if limit not in none and longest in none[:2]:
+            errors.append(f"Subscription has {what}, but publisher does not")
+        elif limit not in none and longest not in none and limit < longest:
+            errors.append(f"Subscription {less}")
+    _check_liveliness(pub.liveliness, sub.liveliness, errors, warns)
     if errors:
-        return QoSCompatibility.ERROR, reason
-    return (QoSCompatibility.WARNING if warns else QoSCompatibility.OK), reason
+        return QoSCompatibility.ERROR, "".join(f"ERROR: {e};" for e in errors)
+    verdict = QoSCompatibility.WARNING if warns else QoSCompatibility.OK
+    return verdict, "".join(f"WARNING: {w};" for w in warns)
+
+
+def _unclear(policy: Any) -> bool:
+    return policy.name in ("SYSTEM_DEFAULT", "UNKNOWN")
+
+
+def _check_liveliness(pub: Any, sub: Any, errors: list[str], warns: list[str]) -> None:
+    given, asked = pub.name.lower(), sub.name.lower()
+    if pub.name == "AUTOMATIC" and sub.name == "MANUAL_BY_TOPIC":
+        errors.append("Publisher's liveliness is automatic and subscription's is manual by topic")
+    elif pub.name == "AUTOMATIC" and _unclear(sub):
+        warns.append(f"Publisher's liveliness is automatic, but subscription's is {asked}")
+    elif _unclear(pub) and sub.name == "MANUAL_BY_TOPIC":
+        warns.append(f"Subscription's liveliness is manual by topic, but publisher's is {given}")
+    elif _unclear(pub) and _unclear(sub):
+        warns.append(f"Publisher liveliness is {given} and subscription liveliness is {asked}")

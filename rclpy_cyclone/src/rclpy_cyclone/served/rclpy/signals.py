@@ -2,7 +2,7 @@
 
 The interpreter's low-level handler writes each signal's number to a pipe, whatever the main
 thread is doing; a thread of ours reads it, shuts the contexts down and so wakes the executors.
-SIGINT raises KeyboardInterrupt in the main thread besides, SIGTERM does not end the process.
+Handlers that are there stay in force: that of SIGINT raises KeyboardInterrupt in the main thread.
 """
 
 from __future__ import annotations
@@ -22,14 +22,11 @@ _current = SignalHandlerOptions.NO
 _pipe: tuple[int, int] | None = None
 _previous_fd = -1
 _handlers: dict[int, Any] = {}  # signal -> Python handler in force while we listen
-_replaced: dict[int, Any] = {}  # signal -> handler that ours took the place of
+_replaced: dict[int, Any] = {}  # signal -> disposition that ours took the place of
 
 
 def _quiet(number: int, frame: Any) -> None:
-    """Keep SIGTERM from ending the process, and call the handler that was there before."""
-    before = _replaced.get(number)
-    if callable(before):
-        before(number, frame)
+    """Keep a signal from ending the process, and from being ignored: the pipe has it."""
 
 
 def install_signal_handlers(
@@ -44,7 +41,9 @@ def install_signal_handlers(
         return
     with _lock:
         if threading.current_thread() is not threading.main_thread():
-            warnings.warn("signal handlers can only be installed from the main thread")
+            warnings.warn(
+                "signal handlers can only be installed from the main thread", stacklevel=3
+            )
             return
         if _pipe is None:
             _pipe = os.pipe()
@@ -52,12 +51,20 @@ def install_signal_handlers(
             threading.Thread(target=_listen, args=(_pipe[0],), daemon=True).start()
         if _current == SignalHandlerOptions.NO:
             _previous_fd = signal.set_wakeup_fd(_pipe[1], warn_on_full_buffer=False)
-        if options & SignalHandlerOptions.SIGINT:
-            _handlers[signal.SIGINT] = signal.getsignal(signal.SIGINT)
-        if options & SignalHandlerOptions.SIGTERM and signal.SIGTERM not in _replaced:
-            _replaced[signal.SIGTERM] = signal.signal(signal.SIGTERM, _quiet)
-            _handlers[signal.SIGTERM] = _quiet
+        for wanted, number in (
+            (SignalHandlerOptions.SIGINT, signal.SIGINT),
+            (SignalHandlerOptions.SIGTERM, signal.SIGTERM),
+        ):
+            if options & wanted:
+                _take_over(number)
         _current = SignalHandlerOptions(_current | options)
+
+
+def _take_over(number: int) -> None:
+    """Make sure that a signal reaches the pipe: it does if it has a handler in Python."""
+    if not callable(signal.getsignal(number)):
+        _replaced[number] = signal.signal(number, _quiet)
+    _handlers[number] = signal.getsignal(number)
 
 
 def get_current_signal_handlers_options() -> SignalHandlerOptions:
@@ -88,7 +95,7 @@ def _listen(source: int) -> None:
             # Someone who sets a handler of his own later has taken the signal over.
             if number in _handlers and signal.getsignal(number) is _handlers[number]:
                 for living in list(_context._contexts):
-                    living.try_shutdown()
+                    living._invalidate()
             if _previous_fd >= 0:
                 os.write(_previous_fd, bytes([number]))
 

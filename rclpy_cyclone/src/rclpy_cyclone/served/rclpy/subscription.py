@@ -21,6 +21,8 @@ _Wire = tuple  # entries of the queue that are not plain messages: (content, sou
 class Subscription(Ready):
     """Receives messages of a topic. Nodes offer ``create_subscription`` for this."""
 
+    _queued: bool
+
     class CallbackType(Enum):
         """What the callback wants."""
 
@@ -52,7 +54,8 @@ class Subscription(Ready):
         self._participant = node._participant
         self._policies = policies
         self._full_topic = full_topic
-        self._queue: deque[Any] = deque(maxlen=None if policies.keep_all else max(policies.depth, 1))
+        limit = None if policies.keep_all else max(policies.depth, 1)
+        self._queue: deque[Any] = deque(maxlen=limit)
         self._decode = classes.codec_of(msg_type)[1]
         # Deadlines and the like are kept by DDS, which then has to see every sample.
         self._intra = not policies.timed()
@@ -169,6 +172,6 @@ class Subscription(Ready):
             self._plain = not self.raw and not self._info  # content alone will do
             return
         raise RuntimeError(
-            "Subscription.__init__(): callback should be either be callable with one argument "
+            "Subscription.__init__(): callback should be either be callable with one argument"
             "(to get only the message) or two (to get message and message info)"
         )

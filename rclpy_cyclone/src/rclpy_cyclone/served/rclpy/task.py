@@ -100,7 +100,7 @@ class Future:
             try:
                 callback(self)
             except Exception as error:  # there may be more callbacks to call
-                warnings.warn(f"Unhandled exception in done callback: {error}")
+                warnings.warn(f"Unhandled exception in done callback: {error}", stacklevel=2)
 
     def _set_executor(self, executor: Any) -> None:
         with self._lock:

@@ -6,8 +6,8 @@ import threading
 from collections.abc import Callable
 from typing import Any
 
-from rclpy._ready import Ready
 from rclpy._rclpy_pybind11 import RCLError
+from rclpy._ready import Ready
 from rclpy.clock import Clock, ClockChange
 from rclpy.clock_type import ClockType
 from rclpy.exceptions import InvalidHandle, ROSInterruptException
@@ -170,7 +170,7 @@ class Rate:
         self._lock = threading.Lock()
         self._num_sleepers = 0
         self._timer.callback = self._event.set
-        context.on_shutdown(self._on_shutdown)
+        context._on_invalid(self._on_shutdown)
 
     def _on_shutdown(self) -> None:
         self._is_shutdown = True

@@ -21,13 +21,13 @@ class TopicEndpointInfo:
     """Information on an endpoint: node, type, QoS and so on."""
 
     __slots__ = [
+        "endpoint_gid",
+        "endpoint_type",
         "node_name",
         "node_namespace",
+        "qos_profile",
         "topic_type",
         "topic_type_hash",
-        "endpoint_type",
-        "endpoint_gid",
-        "qos_profile",
     ]
 
     node_name: str

@@ -12,7 +12,7 @@ class TypeHash:
     :param value: the 32 bytes.
     """
 
-    __slots__ = ["_version", "_value"]
+    __slots__ = ["_value", "_version"]
 
     def __init__(self, version: int = -1, value: bytes = bytes(32)) -> None:
         self.version = version

@@ -6,6 +6,7 @@ import sys
 import threading
 from collections.abc import Sequence
 
+from rclpy._rclpy_pybind11 import RCLError, UnknownROSArgsError
 from rclpy.constants import S_TO_NS
 from rclpy.context import Context
 from rclpy_cyclone import arguments
@@ -23,25 +24,37 @@ def get_default_context(*, shutting_down: bool = False) -> Context:
     with g_context_lock:
         if g_default_context is None:
             g_default_context = Context()
-        context = g_default_context
+        found: Context = g_default_context
         if shutting_down:
             g_default_context = None
-        return context
+        return found
 
 
 def remove_ros_args(args: Sequence[str] | None = None) -> list[str]:
-    """Return a command line (``sys.argv`` by default) without what is ROS's."""
-    return arguments.without_ros(list(sys.argv if args is None else args))
+    """Return a command line (``sys.argv`` by default) without what is ROS's.
+
+    :raises UnknownROSArgsError: if there are ROS arguments nobody knows.
+    :raises RCLError: if ROS arguments are malformed.
+    """
+    try:
+        return arguments.parse(list(sys.argv if args is None else args)).others
+    except arguments.UnknownArguments as error:
+        raise UnknownROSArgsError(str(error)) from None
+    except ValueError as error:
+        raise RCLError(f"failed to parse arguments: {error}") from None
 
 
 def ok(*, context: Context | None = None) -> bool:
     """Say whether a context (the default one) is initialised and not shut down."""
-    return (get_default_context() if context is None else context).ok()
+    used = get_default_context() if context is None else context
+    return used.ok()
 
 
 def shutdown(*, context: Context | None = None) -> None:
     """Shut down a context (the default one)."""
-    (get_default_context(shutting_down=True) if context is None else context).shutdown()
+    if context is None:
+        context = get_default_context(shutting_down=True)
+    context.shutdown()
 
 
 def try_shutdown(*, context: Context | None = None) -> None:
