@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import ctypes as ct
+import time
+from collections.abc import Sequence
 from typing import Any
 
 from rclpy_cyclone.dds.clib import blocking, check, quick
 
+_wait, _look = blocking.dds_waitset_wait, quick.dds_waitset_wait
+_now = time.monotonic_ns
 _MOST = 64  # triggers reported by one wait; the rest come with the next
 
 
@@ -25,6 +29,7 @@ class WaitSet:
         self._found = (ct.c_ssize_t * _MOST)()
         self._pointer = ct.cast(self._found, ct.c_void_p)
         self._flag = ct.c_bool()
+        self._flag_pointer = ct.byref(self._flag)
         self.attach(self._guard)
 
     def attach(self, entity: int) -> None:
@@ -39,17 +44,30 @@ class WaitSet:
         """End a wait, the next one if there is none at present. May be called from any thread."""
         quick.dds_set_guardcondition(self._guard, True)
 
-    def wait(self, timeout_ns: int) -> list[int]:
+    def wait(self, timeout_ns: int) -> Sequence[int]:
         """Return the entities that have triggered, waiting for one if there is none.
 
         :param timeout_ns: how long to wait; 0 only looks.
         """
-        library = blocking if timeout_ns else quick
-        count = library.dds_waitset_wait(self._set, self._pointer, _MOST, timeout_ns)
+        if timeout_ns:
+            count = _wait(self._set, self._pointer, _MOST, timeout_ns)
+        else:
+            count = _look(self._set, self._pointer, _MOST, 0)
         if count <= 0:
             # The participant may be gone, which every waiter learns this way.
-            return []
+            return ()
         found = self._found[: min(count, _MOST)]
         if self._guard in found:
-            quick.dds_take_guardcondition(self._guard, ct.byref(self._flag))
+            quick.dds_take_guardcondition(self._guard, self._flag_pointer)
         return found
+
+    def spin(self, end_ns: int) -> Sequence[int]:
+        """Look again and again for something that has triggered, until a time has come.
+
+        :param end_ns: the time, by the monotonic clock.
+        """
+        wait_set, pointer = self._set, self._pointer
+        while _look(wait_set, pointer, _MOST, 0) == 0:
+            if _now() >= end_ns:
+                return ()
+        return self.wait(0)

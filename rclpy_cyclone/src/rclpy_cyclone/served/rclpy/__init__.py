@@ -175,8 +175,8 @@ def spin(node: Node, executor: Executor | None = None) -> None:
     executor = get_global_executor() if executor is None else executor
     try:
         executor.add_node(node)
-        while executor.context.ok():
-            executor.spin_once()
+        while executor.context.ok() and not executor._is_shutdown:
+            executor.spin()
     finally:
         executor.remove_node(node)
 

@@ -7,10 +7,11 @@ the queue is empty, and now and then while it is not.
 
 from __future__ import annotations
 
+import os
 import threading
 import time
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from types import TracebackType
 from typing import Any
 
@@ -22,6 +23,10 @@ from rclpy_cyclone.dds import clib, waiting
 _now = time.monotonic_ns
 _LOOK_NS = 200_000  # how long items may be run without a look at DDS
 _NEVER = 1 << 62
+# How long to look for something new before sleeping, in microseconds, right after there was
+# something; see README.md. Waking from sleep costs more than many looks.
+_SPIN_NS = int(float(os.environ.get("RCLPY_CYCLONE_SPIN_US", "0")) * 1000)
+_RECENT_NS = 1_000_000
 
 
 class TimeoutException(Exception):
@@ -66,7 +71,9 @@ class Executor:
         self._next_look = 0
         self._wait: waiting.WaitSet | None = None
         self._watched: dict[int, Callable[[], None]] = {}
+        self._watchers: dict[int, int] = {}  # how many asked for each of them
         self._waiting = False
+        self._last_found = 0  # when DDS last had something
         self._context._on_invalid(self.wake)
 
     @property
@@ -139,11 +146,16 @@ class Executor:
         """Have a function called when an entity of DDS triggers."""
         with self._nodes_lock:
             self._watched[entity] = react
-            if self._wait is not None:
+            self._watchers[entity] = self._watchers.get(entity, 0) + 1
+            if self._wait is not None and self._watchers[entity] == 1:
                 self._wait.attach(entity)
 
     def _unwatch(self, entity: int) -> None:
         with self._nodes_lock:
+            self._watchers[entity] = self._watchers.get(entity, 0) - 1
+            if self._watchers[entity] > 0:
+                return
+            del self._watchers[entity]
             if self._watched.pop(entity, None) is not None and self._wait is not None:
                 self._wait.detach(entity)
 
@@ -195,22 +207,31 @@ class Executor:
         wait = self._wait
         if wait is None:
             wait = self._open()
+        triggered: Sequence[int]
         if timeout_ns:
             self._waiting = True
             try:
                 # Whoever made something ready before this flag was up did not wake us.
                 if self._queue or self._next_timer == 0 or self._context._state != "valid":
                     timeout_ns = 0
-                triggered = wait.wait(timeout_ns)
+                triggered = ()
+                now = _now()
+                if _SPIN_NS and timeout_ns and now - self._last_found < _RECENT_NS:
+                    triggered = wait.spin(now + min(_SPIN_NS, timeout_ns))
+                if not triggered:
+                    triggered = wait.wait(timeout_ns)
             finally:
                 self._waiting = False
         else:
             triggered = wait.wait(0)
-        for entity in triggered:
-            react = self._watched.get(entity)
-            if react is not None:
-                react()
-        self._next_look = _now() + _LOOK_NS
+        now = _now()
+        if triggered:
+            self._last_found = now
+            for entity in triggered:
+                react = self._watched.get(entity)
+                if react is not None:
+                    react()
+        self._next_look = now + _LOOK_NS
 
     def _open(self) -> waiting.WaitSet:
         with self._nodes_lock:

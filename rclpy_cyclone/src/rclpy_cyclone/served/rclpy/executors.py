@@ -29,6 +29,13 @@ async def await_or_execute(callback: Callable[..., Any], *args: Any) -> Any:
     return callback(*args)
 
 
+def _is_coroutine_function(callback: Any) -> bool:
+    try:
+        return bool(callback.__code__.co_flags & inspect.CO_COROUTINE)
+    except AttributeError:  # not a plain function or method
+        return inspect.iscoroutinefunction(callback)
+
+
 class SingleThreadedExecutor(Executor):
     """Runs callbacks in the thread that spins."""
 
@@ -50,6 +57,22 @@ class SingleThreadedExecutor(Executor):
                     timeout = 0.0  # the time out has begun: only what is ready counts
         except (ShutdownException, TimeoutException, ConditionReachedException):
             pass
+
+    def spin(self) -> None:
+        """Run callbacks until the executor or the context is shut down.
+
+        :raises ExternalShutdownException: if the context was shut down while waiting.
+        """
+        if type(self).spin_once is not SingleThreadedExecutor.spin_once:
+            super().spin()  # a subclass has its own idea
+            return
+        following, run = self._next, self._run
+        while self._context._state == "valid" and not self._is_shutdown:
+            try:
+                item = following(None)
+            except ShutdownException:
+                return
+            run(item)
 
     def spin_once(self, timeout_sec: float | None = None) -> None:
         """Run one callback, waiting for it if need be.
@@ -86,7 +109,7 @@ class SingleThreadedExecutor(Executor):
             if call is None:
                 return False
             callback, args = call
-            if inspect.iscoroutinefunction(callback):
+            if _is_coroutine_function(callback):
                 ended = True
                 task = Task(callback, args, None, self, lambda: self._end(group, item))
                 task()

@@ -142,9 +142,10 @@ _FIELDS: dict[Parameter.Type, str] = {
 
 def _list_of(kind: Any, *also: Any) -> Callable[[Any], bool]:
     def check(values: Any) -> bool:
-        return isinstance(values, (list, tuple, *also)) and all(
-            isinstance(v, kind) for v in values
-        )
+        if not isinstance(values, (list, tuple, *also)):
+            return False
+        items: Any = values
+        return all(isinstance(v, kind) for v in items)
 
     return check
 

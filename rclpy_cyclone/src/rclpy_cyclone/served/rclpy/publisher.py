@@ -54,10 +54,10 @@ class Publisher(Ready):
         self._writer = self._participant.writer(self._dds_topic, msg_type._ros_name, policies)
         self._gid = clib.guid(self._writer)
         self._node_entry.writers.append(self._gid)
-        intra.add_publisher(self._participant, self)
         self.event_handlers = event_callbacks.create_event_handlers(
             callback_group, self, topic, node.get_logger()
         )
+        intra.add_publisher(self._participant, self)
 
     def publish(self, msg: Any) -> None:
         """Send a message.
@@ -71,8 +71,7 @@ class Publisher(Ready):
             return
         if self._destroyed:
             self._alive()
-        local = self._local
-        for sub in local:
+        for sub in self._local:
             if sub._plain:
                 sub._put(self._copy(msg))
             else:
@@ -83,7 +82,7 @@ class Publisher(Ready):
             if self._history is not None:
                 self._history.append(self._copy(msg))
             write(self._writer, self._encode(msg))
-        elif _count(self._writer, None, 0) > len(local):
+        elif _count(self._writer, None, 0):
             write(self._writer, self._encode(msg))
 
     def _publish_raw(self, data: Any) -> None:
@@ -95,7 +94,7 @@ class Publisher(Ready):
             sub._put((data, now, now))
         if self._history is not None:
             self._history.append(data)
-        if self._always or matched_readers(self._writer) > len(self._local):
+        if self._always or matched_readers(self._writer):
             write(self._writer, data)
 
     def _serve_history(self, sub: Any) -> None:
@@ -112,7 +111,7 @@ class Publisher(Ready):
     def get_subscription_count(self) -> int:
         """Return how many subscriptions the publisher is matched with."""
         self._alive()
-        return matched_readers(self._writer)
+        return matched_readers(self._writer) + len(self._local)
 
     def _alive(self) -> None:
         if self._destroyed or self._participant.closed:

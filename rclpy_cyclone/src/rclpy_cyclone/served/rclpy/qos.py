@@ -180,9 +180,8 @@ class QoSProfile:
         assert all("_" + key in self.__slots__ for key in kwargs), (
             f"Invalid arguments passed to constructor: {kwargs.keys()!r}"
         )
-        if "history" not in kwargs:
-            if "depth" not in kwargs:
-                raise InvalidQoSProfileException("History and/or depth settings are required.")
+        if "history" not in kwargs and "depth" not in kwargs:
+            raise InvalidQoSProfileException("History and/or depth settings are required.")
         chosen = {**_DEFAULTS, **kwargs}
         last = HistoryPolicy.KEEP_LAST
         if chosen["history"] == last and "depth" not in kwargs:
@@ -350,7 +349,7 @@ def qos_check_compatible(
             errors.append(f"Subscription has {what}, but publisher does not")
         elif limit not in none and longest not in none and limit < longest:
             errors.append(f"Subscription {less}")
-    _check_liveliness(pub.liveliness, sub.liveliness, errors, warns)
+    _check_liveliness(publisher_qos, subscription_qos, errors, warns)
     if errors:
         return QoSCompatibility.ERROR, "".join(f"ERROR: {e};" for e in errors)
     verdict = QoSCompatibility.WARNING if warns else QoSCompatibility.OK
@@ -362,6 +361,7 @@ def _unclear(policy: Any) -> bool:
 
 
 def _check_liveliness(pub: Any, sub: Any, errors: list[str], warns: list[str]) -> None:
+    pub, sub = pub.liveliness, sub.liveliness
     given, asked = pub.name.lower(), sub.name.lower()
     if pub.name == "AUTOMATIC" and sub.name == "MANUAL_BY_TOPIC":
         errors.append("Publisher's liveliness is automatic and subscription's is manual by topic")

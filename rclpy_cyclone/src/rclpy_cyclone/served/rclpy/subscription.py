@@ -68,10 +68,11 @@ class Subscription(Ready):
         self._waits.append((clib.check(condition, "create read condition"), self._drain))
         self._gid = clib.guid(self._reader)
         self._node_entry.readers.append(self._gid)
-        intra.add_subscription(self._participant, self)
+        self._local_publishers = 0
         self.event_handlers = event_callbacks.create_event_handlers(
             callback_group, self, topic, node.get_logger()
         )
+        intra.add_subscription(self._participant, self)
 
     def _put(self, entry: Any) -> None:
         """Take in a message: one of our own, or ``(content, source stamp, receipt stamp)``."""
@@ -124,7 +125,8 @@ class Subscription(Ready):
     def get_publisher_count(self) -> int:
         """Return how many publishers the subscription is matched with."""
         self._alive()
-        return clib.blocking.dds_get_matched_publications(self._reader, None, 0)
+        remote = clib.blocking.dds_get_matched_publications(self._reader, None, 0)
+        return int(remote) + self._local_publishers
 
     def _alive(self) -> None:
         if self._destroyed:

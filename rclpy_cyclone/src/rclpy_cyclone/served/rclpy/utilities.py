@@ -68,7 +68,7 @@ def try_shutdown(*, context: Context | None = None) -> None:
     if old is not None:
         old.try_shutdown()
         with g_context_lock:
-            if g_default_context is old and not old.ok():
+            if g_default_context is old and not Context.ok(old):
                 g_default_context = None
 
 
