@@ -1,0 +1,79 @@
+"""Ticks a second of the lockstep graph, across processes and in one, beside the bare transport.
+
+A tick across processes is a round trip: two messages from the plant, one voltage back. The
+transport's own round trips are measured in the same run, by turns.
+"""
+
+from __future__ import annotations
+
+import statistics
+
+from graph import run_graph, use_private_domain
+from report import Report, parser
+from transport import trips_per_s
+
+
+def across_processes(report: Report, domain: int, turns: int, duration_s: float) -> None:
+    """Parts (a) and (b): the transport and the graph over it, by turns."""
+    rows, trips, trips_of_three, ticks = [], [], [], []
+    for turn in range(1, turns + 1):
+        trips.append(trips_per_s(3.0, domain))
+        trips_of_three.append(trips_per_s(3.0, domain, outward=2))
+        ticks.append(run_graph("bench", duration_s)["ticks_per_s"])
+        rows.append([str(turn), *(f"{x[-1]:.0f}" for x in (trips, trips_of_three, ticks))])
+    medians = [statistics.median(x) for x in (trips, trips_of_three, ticks)]
+    report.say(
+        "Two processes, JointState as ready CDR bytes, blocking in a wait set; and the graph of "
+        "profile bench as\nfive processes (plant, controller, reference, analyser, recorder)."
+    )
+    report.table(
+        ["turn", "transport trips/s", "same, 2 out 1 back", "graph ticks/s"],
+        [*rows, ["median", *(f"{value:.0f}" for value in medians)]],
+    )
+    ratios = [tick / trip for tick, trip in zip(ticks, trips, strict=True)]
+    report.target(
+        "graph_over_transport", statistics.median(ratios), ".2f", "0.7 or more", "ticks per trip"
+    )
+    report.figures |= {
+        "transport_trips_per_s": trips,
+        "transport_trips_two_out_per_s": trips_of_three,
+        "graph_ticks_per_s": ticks,
+    }
+
+
+def in_one_process(report: Report, turns: int, duration_s: float) -> None:
+    """Part (c): all nodes on one executor."""
+    report.say("\nOne process, one executor:")
+    for recorder in (True, False):
+        rates = [
+            run_graph("bench", duration_s, in_process=True, recorder=recorder)["ticks_per_s"]
+            for _ in range(turns)
+        ]
+        name = "with recorder" if recorder else "without recorder"
+        report.figures[f"in_process_{name.replace(' ', '_')}_ticks_per_s"] = rates
+        report.target(
+            f"in_process_{name.replace(' ', '_')}",
+            statistics.median(rates),
+            ".0f",
+            "25 000 or more",
+            f"ticks/s {name}, median of {turns}",
+        )
+
+
+def main() -> None:
+    """Print all three parts."""
+    made = parser(__doc__)
+    made.add_argument("--turns", type=int, default=3, help="the median counts (default 3)")
+    made.add_argument(
+        "--seconds", type=float, default=2.0, help="simulated, of each run at 10 kHz (default 2)"
+    )
+    options = made.parse_args()
+    domain = use_private_domain()
+    report = Report("lockstep graph")
+    across_processes(report, domain, options.turns, options.seconds)
+    in_one_process(report, options.turns, options.seconds)
+    report.finish(options.json)
+
+
+if __name__ == "__main__":
+    main()
