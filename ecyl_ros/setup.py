@@ -10,6 +10,9 @@ setup(
     name=NAME,
     version="0.1.0",
     packages=find_packages(include=[NAME, f"{NAME}.*"]),
+    # Said outright, so that an editable install is a path entry: an import hook would lose against
+    # the folder of the same name when Python runs from the repository's top level.
+    package_dir={"": "."},
     package_data={NAME: ["py.typed"]},
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{NAME}"]),
@@ -22,7 +25,7 @@ setup(
         "numpy>=1.26",
         "scipy>=1.11",
         "numba>=0.59",
-        "mcap>=1.2",
+        "mcap>=1.5",
         "mcap-ros2-support>=0.5",
         "rosbags>=0.10",
         "EMD-signal>=1.6",

@@ -127,6 +127,7 @@ class Analyser(DriveNode):
             for rank, line in enumerate(figures.lines, start=1)
         }
         values = {
+            "window_s": f"{figures.duration_s:.6g}",
             "error_rms_m": f"{figures.error_rms_m:.6g}",
             "error_std_m": f"{figures.error_std_m:.6g}",
             "error_max_m": f"{figures.error_max_m:.6g}",

@@ -21,6 +21,7 @@ from .realtime import with_transport_delay
 from .run_node import run_node
 
 BUFFERED_REFERENCES = 4096
+BUFFERED_TICKS = 1024
 
 
 class Controller(DriveNode):
@@ -46,8 +47,9 @@ class Controller(DriveNode):
         self._after_ns: int | None = None
         self._references: deque[tuple[int, float, float]] = deque(maxlen=BUFFERED_REFERENCES)
         self._last_reference_ns = -1
-        self._joints: tuple[int, JointState] | None = None
-        self._current: tuple[int, Vector3Stamped] | None = None
+        # One topic may be heard ahead of the other; a measurement is whole when stamps meet.
+        self._joints: deque[tuple[int, JointState]] = deque(maxlen=BUFFERED_TICKS)
+        self._currents: deque[tuple[int, Vector3Stamped]] = deque(maxlen=BUFFERED_TICKS)
         self._answered_ns = -1
         self.unreferenced = 0  # real time: ticks for which no reference had come
 
@@ -80,7 +82,7 @@ class Controller(DriveNode):
         self._last_reference_ns = stamp_ns
         velocity = message.velocity[0] if len(message.velocity) else float("nan")
         self._references.append((stamp_ns, message.position[0], velocity))
-        if self._joints is not None:
+        if self._joints and self._currents:
             self._answer()
 
     def _bracket(self, stamp_ns: int) -> bool:
@@ -97,26 +99,41 @@ class Controller(DriveNode):
     # --- measurement ---------------------------------------------------------------------------
 
     def _on_current(self, message: Vector3Stamped) -> None:
-        stamp = message.header.stamp
-        self._current = (stamp.sec * wire.NANOSECONDS + stamp.nanosec, message)
-        if self._joints is not None:
-            self._answer()
+        self._queue(self._currents, message)
 
     def _on_joints(self, message: JointState) -> None:
+        self._queue(self._joints, message)
+
+    def _queue(self, queue: deque, message: JointState | Vector3Stamped) -> None:
         stamp = message.header.stamp
-        self._joints = (stamp.sec * wire.NANOSECONDS + stamp.nanosec, message)
-        self._answer()
+        stamp_ns = stamp.sec * wire.NANOSECONDS + stamp.nanosec
+        if queue and stamp_ns <= queue[-1][0]:
+            if stamp_ns == queue[-1][0]:
+                return  # said again while it waits here
+            self._joints.clear()  # the plant began anew
+            self._currents.clear()
+        queue.append((stamp_ns, message))
+        if self._joints and self._currents:
+            self._answer()
 
     def _answer(self) -> None:
-        """Publish the voltage for the newest measurement, if all it takes has come."""
-        if self._joints is None or self._current is None or self._joints[0] != self._current[0]:
-            return
-        stamp_ns, joints = self._joints
+        """Publish the voltage for every measurement for which all it takes has come."""
+        joints, currents = self._joints, self._currents
+        while joints and currents:
+            if joints[0][0] == currents[0][0]:
+                if not self._answer_one(joints[0][0], joints[0][1], currents[0][1].vector):
+                    return
+                joints.popleft()
+                currents.popleft()
+            else:  # the earlier one has lost its partner
+                (joints if joints[0][0] < currents[0][0] else currents).popleft()
+
+    def _answer_one(self, stamp_ns: int, joints: JointState, current: Vector3) -> bool:
+        """Answer one measurement; False if it has to wait for its reference."""
         self.heard_partner()
         if stamp_ns == self._answered_ns:  # said again: the answer may have been lost
-            self._joints = None
             self._publish(joints.header)
-            return
+            return True
         if stamp_ns < self._answered_ns:
             self.get_logger().info("the plant began anew: integrals reset")
             self._state = initial_cascade_state()
@@ -126,22 +143,22 @@ class Controller(DriveNode):
             ticks = round((stamp_ns - self._before_ns) * self._rate / wire.NANOSECONDS)
             phase = ticks / self._every
         elif not self.realtime:
-            return  # lockstep waits for the reference
+            return False  # lockstep waits for the reference
         else:
             self.unreferenced += 1
             if self._before_ns is None:
-                return  # nothing to hold yet
+                return True  # nothing to hold yet
         measured = self._measured
         measured[0], measured[2] = joints.position
         measured[1], measured[3] = joints.velocity
-        vector = self._current[1].vector
-        measured[4], measured[5] = vector.x, vector.y
+        measured[4], measured[5] = current.x, current.y
         self._run_cascade(self._state, phase)
         first = self._answered_ns < 0
-        self._answered_ns, self._joints = stamp_ns, None
+        self._answered_ns = stamp_ns
         self._publish(joints.header, telemetry=phase == 0.0)
         if first:
             self.get_logger().info("first measurement answered")
+        return True
 
     def _run_cascade(self, state: np.ndarray, phase: float) -> None:
         cascade_tick(
@@ -170,7 +187,7 @@ class Controller(DriveNode):
 
     def waiting_for(self) -> str | None:
         """The reference while a measurement waits for it, otherwise the plant."""
-        if self._joints is not None and self._current is not None:
+        if self._joints and self._currents:
             return "a reference on " + self.resolve_topic_name(wire.CONTROL_REFERENCE)
         return "a plant on " + self.resolve_topic_name(wire.CONTROL_JOINT_STATES)
 

@@ -113,6 +113,10 @@ class DriveNode(Node):
         """Note that the partner is alive."""
         self._heard = time.monotonic()
 
+    def silent_s(self) -> float:
+        """Seconds since the partner was heard."""
+        return time.monotonic() - self._heard
+
     def waiting_for(self) -> str | None:
         """What the node is waiting for, or None when it waits for nobody."""
         return None
@@ -125,7 +129,7 @@ class DriveNode(Node):
         if partner is None or self.done.done():
             self._heard = time.monotonic()
             return
-        silent = time.monotonic() - self._heard
+        silent = self.silent_s()
         if silent < WATCH_PERIOD_S:
             if self._said:
                 self.get_logger().info("heard again, going on")

@@ -81,6 +81,7 @@ class Plant(DriveNode):
         self._joints = self.create_publisher(JointState, wire.CONTROL_JOINT_STATES, wire.control())
         self._current = self.create_publisher(Vector3Stamped, wire.CONTROL_CURRENT, wire.control())
         self._epoch = self.create_publisher(Time, wire.EPOCH, wire.latched())
+        self._waiting = self.create_publisher(Time, wire.WAITING, 10)
         self._telemetry = self.create_publisher(JointState, wire.JOINT_STATES, wire.lossless())
         self._telemetry_current = self.create_publisher(
             Vector3Stamped, wire.CURRENT, wire.lossless()
@@ -144,8 +145,9 @@ class Plant(DriveNode):
         return missing or "a command on " + self.resolve_topic_name(wire.CONTROL_VOLTAGE)
 
     def while_waiting(self) -> None:
-        """Say the tick again: the controller may have started anew."""
+        """Say the tick again: controller or reference may have started anew."""
         if self._epoch_ns is not None:
+            self._waiting.publish(wire.to_time(self._stamp_ns))
             self._publish_control()
 
     # --- ticks ---------------------------------------------------------------------------------
@@ -251,7 +253,7 @@ class Plant(DriveNode):
     def _end_run(self) -> None:
         if self._timer is not None:
             self._timer.cancel()
-        for publisher in (self._telemetry, self._telemetry_current):
+        for publisher in (self._joints, self._current, self._telemetry, self._telemetry_current):
             publisher.wait_for_all_acked(Duration(seconds=5.0))
         self.finish(0, f"ran {self.option('duration'):g} s: {self._tick} ticks")
 

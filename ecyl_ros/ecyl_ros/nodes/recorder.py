@@ -19,6 +19,7 @@ from .drive_node import DriveNode
 from .run_node import run_node
 
 _CLASSES = {JOINT_STATE: JointState}
+LAST_PATIENCE_S = 2.0  # for the last voltage and reference after the last joint state
 # A stamp is the first thing after the four bytes of CDR header: int32 sec, uint32 nanosec.
 _STAMP_LITTLE, _STAMP_BIG = struct.Struct("<iI"), struct.Struct(">iI")
 
@@ -50,7 +51,9 @@ class Recorder(DriveNode):
         )
         duration = self.option("duration")
         self._samples = sample_count(self.drive, duration) if duration else None
-        self._expected = self._samples * len(topics) if self._samples else None
+        self._joint_states = names["joint_states"]
+        self._last_ns: int | None = None  # stamp of the last sample wanted
+        self._seen_last = False
         for topic in topics:
             self.create_subscription(
                 _CLASSES.get(topic.type, Vector3Stamped),
@@ -63,9 +66,25 @@ class Recorder(DriveNode):
     def _on_message(self, topic: str, data: bytes) -> None:
         sec, nanosec = (_STAMP_LITTLE if data[1] & 1 else _STAMP_BIG).unpack_from(data, 4)
         self.heard_partner()
-        self._sequencer.put(topic, bytes(data), sec * wire.NANOSECONDS + nanosec)
-        if self._expected is not None and self._writer.message_count >= self._expected:
+        stamp_ns = sec * wire.NANOSECONDS + nanosec
+        self._sequencer.put(topic, bytes(data), stamp_ns)
+        if self._samples is None:
+            return
+        if self._last_ns is None and topic == self._joint_states:
+            self._last_ns = stamp_ns + round(
+                (self._samples - 1) * wire.NANOSECONDS / self.drive.sample_rate
+            )
+        if self._last_ns is None:
+            return
+        # Two stamps rounded apart differ by a nanosecond at most.
+        self._seen_last |= topic == self._joint_states and stamp_ns >= self._last_ns - 1
+        if self._sequencer.released_ns >= self._last_ns - 1:
             self.finish(0, f"recorded {self._samples} samples in {self._writer.path}")
+
+    def while_waiting(self) -> None:
+        """The plant is through, and what a topic still owes will not come."""
+        if self._seen_last and self.silent_s() > LAST_PATIENCE_S:
+            self.finish(0, f"recorded {self._writer.path}, some samples incomplete")
 
     def waiting_for(self) -> str | None:
         """Any telemetry at all."""
@@ -75,10 +94,11 @@ class Recorder(DriveNode):
         """Write what waits and close the file."""
         self._sequencer.finish()
         self._writer.finish()
-        if self._sequencer.incomplete or self._sequencer.late:
+        odd = self._sequencer
+        if odd.incomplete or odd.late or odd.duplicates:
             self.get_logger().warning(
-                f"{self._writer.path}: {self._sequencer.incomplete} samples lack a topic, "
-                f"{self._sequencer.late} messages came late"
+                f"{self._writer.path}: {odd.incomplete} samples lack a topic, {odd.late} messages "
+                f"came late, {odd.duplicates} came twice"
             )
 
 

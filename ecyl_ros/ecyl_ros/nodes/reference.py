@@ -67,6 +67,7 @@ class ReferenceGenerator(DriveNode):
         self._telemetry = self.create_publisher(JointState, wire.REFERENCE, wire.lossless())
         self._diagnostics = self.create_publisher(DiagnosticArray, wire.DIAGNOSTICS, 10)
         self.create_subscription(Time, wire.EPOCH, self._on_epoch, wire.latched())
+        self.create_subscription(Time, wire.WAITING, self._on_waiting, 10)
         self.create_subscription(
             JointState, wire.JOINT_STATES, self._on_joint_states, wire.lossless()
         )
@@ -91,25 +92,34 @@ class ReferenceGenerator(DriveNode):
         self._publish_ahead()
 
     def _on_joint_states(self, message: JointState) -> None:
+        if len(message.position) > 1 and math.isfinite(message.position[1]):
+            self._rod_position = message.position[1]
+        self._advance(wire.to_ns(message.header.stamp))
+
+    def _on_waiting(self, message: Time) -> None:
+        """The plant stands still, perhaps for want of what the reference said before it ended."""
+        self._advance(wire.to_ns(message))
+
+    def _advance(self, stamp_ns: int) -> None:
+        """Publish what is due when the plant has reached `stamp_ns`."""
         self.heard_partner()
         if self._epoch_ns is None:
             return
-        elapsed = wire.to_ns(message.header.stamp) - self._epoch_ns
-        sample = round(elapsed * self._rate / NANOSECONDS / self._every)
+        ticks = round((stamp_ns - self._epoch_ns) * self._rate / NANOSECONDS)
+        sample = ticks // self._every
         if sample < self._plant_sample:
             return  # a message of the run before
         self._plant_sample = sample
-        if len(message.position) > 1 and math.isfinite(message.position[1]):
-            self._rod_position = message.position[1]
         if self._next < sample:  # joined a run that has gone on without us
             self.get_logger().info(f"joining the run at sample {sample}")
             self._next = sample
+            self._ahead.clear()
             if isinstance(self._reference, SetpointFollower):
                 self._reference = SetpointFollower(
                     self.drive.limits, 1.0 / self.drive.sample_rate, self._rod_position
                 )
         self._publish_ahead()
-        self._publish_telemetry(wire.to_ns(message.header.stamp))
+        self._publish_telemetry(stamp_ns)
 
     def _publish_ahead(self) -> None:
         while self._next <= self._plant_sample + self._lookahead:

@@ -21,6 +21,8 @@ TRACKING_ERROR = "ecyl/tracking_error"
 
 # Stamp of control tick 0, latched: whoever joins or starts again knows where the run began.
 EPOCH = "ecyl/control/epoch"
+# Stamp of the tick the plant waits at, said again and again while it waits.
+WAITING = "ecyl/control/waiting"
 # Samples for the controller, ahead of the plant's time; telemetry says each when its time has come.
 CONTROL_REFERENCE = "ecyl/control/reference"
 CONTROL_JOINT_STATES = "ecyl/control/joint_states"

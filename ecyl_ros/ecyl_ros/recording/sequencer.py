@@ -84,6 +84,11 @@ class SampleSequencer:
             self._release()
 
     @property
+    def released_ns(self) -> int:
+        """Stamp of the newest sample released, -1 before the first."""
+        return -1 if self._released is None else self._released
+
+    @property
     def pending(self) -> int:
         """Samples waiting."""
         return len(self._stamps)

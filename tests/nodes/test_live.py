@@ -1,0 +1,241 @@
+"""The graph while it runs: setpoints, diagnostics, parameters, real time."""
+
+from __future__ import annotations
+
+import json
+import math
+import time
+from pathlib import Path
+
+import pytest
+import rclpy
+from diagnostic_msgs.msg import DiagnosticArray
+from rcl_interfaces.srv import SetParameters
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Float64
+
+from ecyl_ros.analysis.tracking import analyse
+from ecyl_ros.recording.reader import read_recording
+
+from .conftest import SINE, ecyl, start
+
+
+class Listener(Node):
+    """Keeps the newest joint states, tracking error and diagnostics."""
+
+    def __init__(self) -> None:
+        super().__init__("listener")
+        self.rod = math.nan
+        self.errors: list[float] = []
+        self.statuses: dict[str, dict[str, str]] = {}
+        self.setpoint = self.create_publisher(Float64, "/ecyl/setpoint", 10)
+        self.create_subscription(JointState, "/ecyl/joint_states", self._on_joints, 10)
+        self.create_subscription(JointState, "/ecyl/tracking_error", self._on_error, 1000)
+        self.create_subscription(DiagnosticArray, "/diagnostics", self._on_diagnostics, 10)
+
+    def _on_joints(self, message: JointState) -> None:
+        self.rod = message.position[list(message.name).index("rod")]
+
+    def _on_error(self, message: JointState) -> None:
+        self.errors.append(message.position[0])
+
+    def _on_diagnostics(self, message: DiagnosticArray) -> None:
+        for status in message.status:
+            self.statuses[status.name] = {item.key: item.value for item in status.values}
+
+
+@pytest.fixture
+def listener():
+    """A listening node and a function that spins it until a condition holds."""
+    rclpy.init(args=[])
+    node = Listener()
+    executor = SingleThreadedExecutor()
+    executor.add_node(node)
+
+    def until(condition, seconds: float = 30.0) -> bool:
+        deadline = time.monotonic() + seconds
+        while time.monotonic() < deadline:
+            executor.spin_once(timeout_sec=0.05)
+            if condition():
+                return True
+        return False
+
+    node.until = until
+    yield node
+    executor.shutdown()
+    node.destroy_node()
+    rclpy.try_shutdown()
+
+
+def _follow(tmp_path: Path, *flags: str):
+    return start(
+        "run",
+        "--drive",
+        "servo_1khz",
+        "--reference",
+        "setpoint",
+        "--out",
+        tmp_path / "run.mcap",
+        *flags,
+    )
+
+
+def test_setpoints_are_followed_and_bad_ones_refused(listener, tmp_path: Path) -> None:
+    """A setpoint moves the rod there; NaN, beyond stroke and too fast are counted, not followed."""
+    process = _follow(tmp_path, "--duration", "20")
+    try:
+        assert listener.until(lambda: listener.rod == listener.rod)
+        assert listener.until(lambda: listener.setpoint.get_subscription_count() > 0)
+        listener.until(lambda: False, 1.0)
+        listener.setpoint.publish(Float64(data=0.01))
+        assert listener.until(lambda: abs(listener.rod - 0.01) < 2e-4)
+        for bad in (math.nan, 1.0, math.inf, -0.24):
+            listener.setpoint.publish(Float64(data=bad))
+            listener.setpoint.publish(Float64(data=0.01))
+        status = "ecyl/reference setpoints"
+        assert listener.until(
+            lambda: listener.statuses.get(status, {}).get("setpoints_refused") == "4"
+        ), listener.statuses
+        assert abs(listener.rod - 0.01) < 5e-4
+    finally:
+        process.terminate()
+        process.communicate(timeout=20)
+    recording = read_recording(tmp_path / "run.mcap")
+    assert recording.rod_position_m.max() < 0.0105
+    assert recording.rod_position_m.min() > -0.0005
+
+
+def test_analyser_agrees_with_the_offline_figures(listener, tmp_path: Path) -> None:
+    """Running rms, lag and tracking error on the topics are those of `ecyl analyse`."""
+    process = start(
+        "run",
+        "--drive",
+        "servo_1khz",
+        "--reference",
+        SINE,
+        "--out",
+        tmp_path / "run.mcap",
+        "--realtime",
+    )
+    status = "ecyl/analyser tracking"
+    try:
+        # Four seconds of window, a second or two of them after the transient has left it.
+        assert listener.until(
+            lambda: float(listener.statuses.get(status, {}).get("window_s", 0.0)) > 3.9, 60.0
+        )
+        listener.until(lambda: False, 3.0)
+        figures = dict(listener.statuses[status])
+    finally:
+        process.terminate()
+        _, errors = process.communicate(timeout=20)
+    offline = analyse(read_recording(tmp_path / "run.mcap"), 1.0)
+    assert float(figures["error_rms_m"]) == pytest.approx(offline.error_rms_m, rel=0.2), errors
+    assert float(figures["lag_s"]) == pytest.approx(offline.lag.lag_s, abs=2e-3)
+    assert figures["line_1"].startswith("2")
+    assert "missed_ticks" in figures and "jitter_p99_s" in figures
+    assert len(listener.errors) > 3000
+
+
+def test_gains_change_live_and_unstable_ones_are_refused(listener, tmp_path: Path) -> None:
+    """The parameter service takes stable gains, refuses unstable and start-only ones with why."""
+    process = _follow(tmp_path)
+    try:
+        assert listener.until(lambda: listener.rod == listener.rod)
+        client = listener.create_client(SetParameters, "/controller/set_parameters")
+        assert client.wait_for_service(timeout_sec=10.0)
+
+        def change(name: str, value: float):
+            request = SetParameters.Request(
+                parameters=[Parameter(name, value=value).to_parameter_msg()]
+            )
+            future = client.call_async(request)
+            assert listener.until(future.done, 10.0)
+            return future.result().results[0]
+
+        assert change("controller.position.kp", 10.0).successful
+        refused = change("controller.speed.kp", 5.0)
+        assert not refused.successful and "unstable" in refused.reason
+        refused = change("controller.rate", 2000.0)
+        assert not refused.successful and "start" in refused.reason
+        refused = change("motor.resistance", 1.0)
+        assert not refused.successful and "start" in refused.reason
+        refused = change("controller.position.kp", -1.0)
+        assert not refused.successful and "controller.position.kp" in refused.reason
+    finally:
+        process.terminate()
+        process.communicate(timeout=20)
+
+
+def test_real_time_keeps_the_wall_clock_and_counts(tmp_path: Path) -> None:
+    """A 3 s real-time run takes 3 s, has every sample on the 1 ms grid and prints its counts."""
+    out = tmp_path / "run.mcap"
+    done = ecyl(
+        "run",
+        "--drive",
+        "servo_1khz",
+        "--reference",
+        SINE,
+        "--duration",
+        3,
+        "--out",
+        out,
+        "--realtime",
+    )
+    assert done.returncode == 0, done.stderr
+    assert "3000 ticks in 3." in done.stdout and "% met" in done.stdout
+    recording = read_recording(out)
+    assert len(recording) == 3000
+    assert abs(recording.stamp_ns[0] / 1e9 - time.time()) < 60
+    assert set((recording.stamp_ns[1:] - recording.stamp_ns[:-1]).tolist()) == {1_000_000}
+
+
+def test_zero_delay_runs_with_one_tick_in_real_time_and_says_so(tmp_path: Path) -> None:
+    """A drive without delay gets the one tick a topic takes, with a warning."""
+    drive = tmp_path / "drive.yaml"
+    from ecyl_ros.drive.drive_file import resolve_drive
+
+    drive.write_text(
+        resolve_drive("servo_1khz").read_text().replace("delay_ticks: 1", "delay_ticks: 0")
+    )
+    done = ecyl(
+        "run",
+        "--drive",
+        drive,
+        "--reference",
+        SINE,
+        "--duration",
+        0.5,
+        "--out",
+        tmp_path / "run.mcap",
+        "--realtime",
+    )
+    assert done.returncode == 0, done.stderr
+    assert "running with 1" in done.stderr
+
+
+def test_json_of_analyse_on_a_run(tmp_path: Path) -> None:
+    """A run's recording goes through `ecyl analyse` and its JSON holds the contract's keys."""
+    out = tmp_path / "run.mcap"
+    assert (
+        ecyl(
+            "run",
+            "--drive",
+            "bench",
+            "--reference",
+            SINE,
+            "--duration",
+            2,
+            "--out",
+            out,
+            "--in-process",
+        ).returncode
+        == 0
+    )
+    done = ecyl("analyse", out, "--skip", 0.5, "--json", tmp_path / "a.json")
+    assert done.returncode == 0, done.stderr
+    figures = json.loads((tmp_path / "a.json").read_text())
+    for key in ("error_std_m", "error_rms_m", "lag_s", "gain", "spectrum", "imfs"):
+        assert figures[key] is not None
