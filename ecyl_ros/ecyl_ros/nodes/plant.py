@@ -33,7 +33,7 @@ from .drive_node import DriveNode
 from .realtime import TickTiming, with_transport_delay
 from .run_node import run_node
 
-START_DELAY_S = 0.2  # real time: from announcing the epoch to the first tick
+START_DELAY_S = 0.5  # real time: from announcing the epoch to the first tick
 
 
 class Plant(DriveNode):

@@ -26,6 +26,7 @@ from .run_node import run_node
 
 # A live setpoint acts this many samples after it came; a generated motion can be further ahead.
 SETPOINT_LOOKAHEAD = 3
+GENERATED_LOOKAHEAD = 128
 CHECKED_S = 60.0  # how much of an endless reference is checked against stroke and speed
 
 
@@ -50,7 +51,7 @@ class ReferenceGenerator(DriveNode):
         lookahead = self.option("lookahead")
         if lookahead < 0 or lookahead > 1000:
             raise InputError(f"node reference: lookahead = {lookahead}, expected 0 to 1000 samples")
-        self._lookahead = lookahead or (SETPOINT_LOOKAHEAD if self._follower else 32)
+        self._lookahead = lookahead or (SETPOINT_LOOKAHEAD if self._follower else GENERATED_LOOKAHEAD)
         self._every = self.drive.telemetry_every
         self._rate = self.drive.controller.rate
         self._epoch_ns: int | None = None
