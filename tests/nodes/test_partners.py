@@ -98,7 +98,7 @@ def test_a_node_that_is_killed_and_started_again_is_taken_up(victim: str, tmp_pa
 def test_a_node_alone_says_what_it_waits_for_and_ends() -> None:
     """Without a partner each node warns, and ends with exit code 1 after `partner_timeout`."""
     nodes = {
-        name: _node(name, "partner_timeout:=3.0", domain=95 + index)
+        name: _node(name, "partner_timeout:=6.0", domain=95 + index)
         for index, name in enumerate(("plant", "controller", "reference", "analyser"))
     }
     try:

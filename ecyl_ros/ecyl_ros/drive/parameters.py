@@ -84,8 +84,14 @@ class ControllerParameters:
     position: Gains
     speed: Gains
     current: Gains
-    feedback: str = field(default="rotor", metadata={"choices": ("rotor", "rod")})
-    form: str = field(default="parallel", metadata={"choices": ("parallel", "series")})
+    feedback: str = field(
+        default="rotor",
+        metadata={"choices": ("rotor", "rod"), "meaning": "where the position loop closes"},
+    )
+    form: str = field(
+        default="parallel",
+        metadata={"choices": ("parallel", "series"), "meaning": "of the PI gains"},
+    )
     delay_ticks: int = _quantity("ticks", 0, 64, "from sampling to the inverter", 0)
     velocity_feedforward: float = _quantity("1", 0.0, 2.0, "share of the reference velocity", 0.0)
     speed_limit: float = _quantity(

@@ -18,7 +18,7 @@ from ..drive.parameters import DriveParameters, leaf_fields
 from ..errors import InputError
 
 WATCH_PERIOD_S = 0.25
-SAY_AFTER_S = 2.0
+SAY_AFTER_S = 5.0
 
 # Parameters every node has beside the drive's: name -> (default, meaning).
 COMMON_PARAMETERS: dict[str, tuple[Any, str]] = {

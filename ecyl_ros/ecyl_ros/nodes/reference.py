@@ -51,7 +51,9 @@ class ReferenceGenerator(DriveNode):
         lookahead = self.option("lookahead")
         if lookahead < 0 or lookahead > 1000:
             raise InputError(f"node reference: lookahead = {lookahead}, expected 0 to 1000 samples")
-        self._lookahead = lookahead or (SETPOINT_LOOKAHEAD if self._follower else GENERATED_LOOKAHEAD)
+        self._lookahead = lookahead or (
+            SETPOINT_LOOKAHEAD if self._follower else GENERATED_LOOKAHEAD
+        )
         self._every = self.drive.telemetry_every
         self._rate = self.drive.controller.rate
         self._epoch_ns: int | None = None

@@ -1,0 +1,39 @@
+"""The drive file's keys as a table; `python -m ecyl_ros.drive.describe` prints it."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+
+from .parameters import leaf_fields
+
+
+def _number(value: float) -> str:
+    return f"{value:g}" if math.isfinite(value) else "none"
+
+
+def key_table() -> str:
+    """Markdown table of every key: unit, range, default, meaning."""
+    rows = ["| key | unit | possible | default | meaning |", "|---|---|---|---|---|"]
+    for key, item in leaf_fields().items():
+        meta = item.metadata
+        unit, meaning = meta.get("unit", ""), meta["meaning"]
+        if "choices" in meta:
+            possible = " or ".join(meta["choices"])
+        else:
+            low, high = _number(meta["low"]), _number(meta["high"])
+            possible = f"{'above ' if meta['open_low'] else ''}{low} to {high}"
+            possible = possible.replace(" to none", "") if high == "none" else possible
+        default = item.default
+        if default is dataclasses.MISSING:
+            shown = "required"
+        elif isinstance(default, tuple):
+            shown = "[]"
+        else:
+            shown = default if isinstance(default, str) else _number(default)
+        rows.append(f"| `{key}` | {unit} | {possible} | {shown} | {meaning} |")
+    return "\n".join(rows)
+
+
+if __name__ == "__main__":
+    print(key_table())

@@ -1,0 +1,52 @@
+"""The documentation against the code it speaks of."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+from ecyl_ros.cli.main import VERBS
+from ecyl_ros.drive.describe import key_table
+from ecyl_ros.drive.drive_file import profiles
+
+ROOT = Path(__file__).parents[2]
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+
+
+def test_the_drive_file_page_holds_the_table_the_code_prints() -> None:
+    """Keys, units, ranges and defaults in docs/drive-file.md are those in force."""
+    page = (ROOT / "docs" / "drive-file.md").read_text()
+    assert key_table() in page
+    for profile in profiles():
+        assert f"`{profile}`" in page
+
+
+def test_links_lead_somewhere() -> None:
+    """Every relative link in README and docs names a file that exists."""
+    for page in PAGES:
+        for target in re.findall(r"\]\(([^)#]+)\)", page.read_text()):
+            if "://" not in target:
+                assert (page.parent / target).exists(), (page, target)
+
+
+def test_the_readme_names_every_verb() -> None:
+    """README's table of commands has each verb of `ecyl`."""
+    readme = (ROOT / "README.md").read_text()
+    for verb in VERBS:
+        assert f"ecyl {verb}" in readme
+
+
+def test_the_nodes_page_names_every_topic_and_parameter() -> None:
+    """docs/nodes.md has every topic of the wire and every parameter of the nodes."""
+    from ecyl_ros.nodes import wire
+    from ecyl_ros.nodes.drive_node import COMMON_PARAMETERS
+
+    page = (ROOT / "docs" / "nodes.md").read_text()
+    topics = [
+        value for name, value in vars(wire).items() if name.isupper() and isinstance(value, str)
+    ]
+    for topic in topics:
+        if "/" in topic and topic != wire.CONTROL_CURRENT:  # written as .../current
+            assert f"`{topic}`" in page, topic
+    for name in (*COMMON_PARAMETERS, "duration", "summary_file", "lookahead", "window", "out"):
+        assert f"`{name}`" in page, name
