@@ -44,7 +44,7 @@ JointState: Any = make_idl_struct(
     "sensor_msgs::msg::dds_::JointState_",
     {
         "header": Header,
-        "name": types.sequence[str],  # type: ignore[type-arg]
+        "name": types.sequence[str],  # type: ignore[misc]
         "position": _numbers,
         "velocity": _numbers,
         "effort": _numbers,
