@@ -21,7 +21,6 @@ from rclpy_cyclone.dds.clib import (
     quick,
 )
 
-
 # DDS numbers of the policies for which endpoints may not match
 POLICY_IDS = {"DURABILITY": 2, "DEADLINE": 4, "LIVELINESS": 8, "RELIABILITY": 11}
 _BITS = {

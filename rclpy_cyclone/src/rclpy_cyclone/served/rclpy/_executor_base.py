@@ -7,7 +7,6 @@ the queue is empty, and now and then while it is not.
 
 from __future__ import annotations
 
-import os
 import threading
 import time
 from collections import deque
@@ -18,15 +17,12 @@ from typing import Any
 from rclpy.context import Context
 from rclpy.task import Future, Task
 from rclpy.utilities import get_default_context
-from rclpy_cyclone.dds import clib, waiting
+from rclpy_cyclone.dds import clib, spinning, waiting
 
 _now = time.monotonic_ns
 _LOOK_NS = 200_000  # how long items may be run without a look at DDS
 _NEVER = 1 << 62
-# How long to look for something new before sleeping, in microseconds, right after there was
-# something; see README.md. Waking from sleep costs more than many looks.
-_SPIN_NS = int(float(os.environ.get("RCLPY_CYCLONE_SPIN_US", "0")) * 1000)
-_RECENT_NS = 1_000_000
+_RECENT_NS = 1_000_000  # DDS is active if it had something so recently
 
 
 class TimeoutException(Exception):
@@ -216,8 +212,9 @@ class Executor:
                     timeout_ns = 0
                 triggered = ()
                 now = _now()
-                if _SPIN_NS and timeout_ns and now - self._last_found < _RECENT_NS:
-                    triggered = wait.spin(now + min(_SPIN_NS, timeout_ns))
+                active = spinning.SPIN_NS and now - self._last_found < _RECENT_NS
+                if active and timeout_ns and spinning.allowed(now):
+                    triggered = wait.spin(now + min(spinning.SPIN_NS, timeout_ns))
                 if not triggered:
                     triggered = wait.wait(timeout_ns)
             finally:
