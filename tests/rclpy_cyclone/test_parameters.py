@@ -206,3 +206,22 @@ def test_callbacks(make_node):
     assert [(r.successful, r.reason) for r in results] == [(True, ""), (False, "not 99")]
     assert order == ["pre", "on2", "on1", "post", "pre", "on2"]
     assert node.get_parameter("a").value == 5
+
+
+def test_parameters_of_another_node(make_node, spin):
+    """A parameter client lists, gets and sets another node's parameters."""
+    from rclpy.parameter_client import AsyncParameterClient
+
+    node = make_node("owner")
+    node.declare_parameter("gain", 2.0)
+    client_node = make_node("user", context=node.context)
+    client = AsyncParameterClient(client_node, "/owner")
+    assert client.wait_for_services(10.0)
+    listed, got = client.list_parameters(["gain"]), client.get_parameters(["gain"])
+    changed = client.set_parameters([Parameter("gain", value=3.0), Parameter("gain", value="x")])
+    done = [listed, got, changed]
+    assert spin(lambda: all(f.done() for f in done), node, client_node)
+    assert listed.result().result.names == ["gain"]
+    assert got.result().values[0].double_value == 2.0
+    assert [r.successful for r in changed.result().results] == [True, False]
+    assert node.get_parameter("gain").value == 3.0
