@@ -125,15 +125,15 @@ class DriveNode(Node):
         """Called every `WATCH_PERIOD_S` while the partner is silent."""
 
     def _watch_partner(self) -> None:
-        partner = self.waiting_for()
-        if partner is None or self.done.done():
-            self._heard = time.monotonic()
-            return
         silent = self.silent_s()
         if silent < WATCH_PERIOD_S:
             if self._said:
                 self.get_logger().info("heard again, going on")
             self._said = 0.0
+            return
+        partner = self.waiting_for()  # asks the graph: not while all goes well
+        if partner is None or self.done.done():
+            self.heard_partner()
             return
         self.while_waiting()
         limit = self.option("partner_timeout")
