@@ -102,9 +102,9 @@ def test_raw_subscription_and_publication(make_node, spin):
     node.create_subscription(String, "t", lambda m, info: whole.append((m, info)), 10)
     pub = node.create_publisher(String, "t", 10)
     pub.publish(String(data="hi"))
-    pub.publish(bytes.fromhex("00010000" "03000000" "686f00"))
+    pub.publish(bytes.fromhex("0001000003000000686f00"))
     assert spin(lambda: len(raw) == 2 and len(whole) == 2, node)
-    assert raw[0] == bytes.fromhex("00010000" "03000000" "686900")
+    assert raw[0] == bytes.fromhex("0001000003000000686900")
     assert [m.data for m, _ in whole] == ["hi", "ho"]
     assert whole[0][1]["source_timestamp"] <= time.time_ns()
 

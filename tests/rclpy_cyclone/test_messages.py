@@ -75,9 +75,7 @@ def rosbags_twin(message):
     for field_name, field in store.fields(name):
         value = getattr(message, field_name)
         if field.nested:
-            value = (
-                rosbags_twin(value) if field.kind == "one" else [rosbags_twin(v) for v in value]
-            )
+            value = rosbags_twin(value) if field.kind == "one" else [rosbags_twin(v) for v in value]
         elif field.base in store.TYPECODES and field.kind != "one":
             value = numpy.array(value, store.TYPECODES[field.base])
         elif field.base == "bool" and field.kind != "one":

@@ -53,8 +53,10 @@ class _Finder:
 
 def install() -> None:
     """Let ``import rclpy`` and the message packages be served from here. Safe to call again."""
-    if not any(f.__class__.__name__ == "_Finder" and f.__class__.__module__ == __name__
-               for f in sys.meta_path):
+    if not any(
+        f.__class__.__name__ == "_Finder" and f.__class__.__module__ == __name__
+        for f in sys.meta_path
+    ):
         sys.meta_path.append(_Finder())
 
 

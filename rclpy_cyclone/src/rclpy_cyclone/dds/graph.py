@@ -55,9 +55,7 @@ def _endpoint(
     _info: Any,
     _id: Any,
 ) -> Endpoint:
-    return Endpoint(
-        bytes(key), bytes(owner), topic, kind, qos.policies_of(quality), tags(quality)
-    )
+    return Endpoint(bytes(key), bytes(owner), topic, kind, qos.policies_of(quality), tags(quality))
 
 
 def _handles(call: Any, entity: int) -> list[int]:

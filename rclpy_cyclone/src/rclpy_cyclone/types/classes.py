@@ -183,8 +183,10 @@ def _init(typename: str, base: str) -> Callable[..., None]:
             lines.append(f"else: self.{name} = {name}")
         else:
             lines += made.split("\n")
-    head = f"def __init__(self, *, {', '.join(params)}, **_more):" if params else (
-        "def __init__(self, **_more):"
+    head = (
+        f"def __init__(self, *, {', '.join(params)}, **_more):"
+        if params
+        else ("def __init__(self, **_more):")
     )
     body = [head, "    if _more: _bad(self, _more)", *("    " + line for line in lines)]
     exec("\n".join(body), space)
@@ -239,9 +241,7 @@ def zero(field: Field) -> Any:
 def _unknown(message: Any, more: dict[str, Any]) -> None:
     checked = more.pop("check_fields", CHECKED)
     if more and checked:
-        raise AssertionError(
-            f"Invalid arguments passed to constructor: {', '.join(sorted(more))}"
-        )
+        raise AssertionError(f"Invalid arguments passed to constructor: {', '.join(sorted(more))}")
 
 
 def serialise(message: Any) -> bytearray:

@@ -173,8 +173,7 @@ def _many(name: str, field: Field, store: Any, classes: Any) -> Callable[[Any, A
             )
             if field.text_bound:
                 assert len(item) <= field.text_bound, (
-                    f"each string of the '{name}' field must not be longer than "
-                    f"{field.text_bound}"
+                    f"each string of the '{name}' field must not be longer than {field.text_bound}"
                 )
         store(self, value)
 

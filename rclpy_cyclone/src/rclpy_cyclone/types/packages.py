@@ -25,9 +25,7 @@ class _Loader:
 
             for name in _types_in(parts[2], parts[0], parts[1]):
                 full = f"{parts[0]}/{parts[1]}/{name}"
-                cls = (
-                    service_class(full) if full in services.DEFINITIONS else message_class(full)
-                )
+                cls = service_class(full) if full in services.DEFINITIONS else message_class(full)
                 setattr(module, name, cls)
 
 
@@ -43,7 +41,10 @@ def find_spec(fullname: str) -> importlib.machinery.ModuleSpec | None:
     if len(parts) == 3 and not _types_in(parts[2], parts[0], parts[1]):
         return None
     spec = importlib.machinery.ModuleSpec(
-        fullname, _Loader(), origin="rclpy_cyclone", is_package=len(parts) < 3  # type: ignore[arg-type]
+        fullname,
+        _Loader(),
+        origin="rclpy_cyclone",
+        is_package=len(parts) < 3,  # type: ignore[arg-type]
     )
     return spec
 

@@ -69,8 +69,7 @@ DEFINITIONS: dict[str, tuple[str, str]] = {
         "nav_msgs/msg/OccupancyGrid map\nuint8 result",
     ),
     "nav_msgs/srv/SetMap": (
-        "nav_msgs/msg/OccupancyGrid map\n"
-        "geometry_msgs/msg/PoseWithCovarianceStamped initial_pose",
+        "nav_msgs/msg/OccupancyGrid map\ngeometry_msgs/msg/PoseWithCovarianceStamped initial_pose",
         "bool success",
     ),
     "visualization_msgs/srv/GetInteractiveMarkers": (

@@ -99,9 +99,7 @@ def get_global_executor() -> Executor:
     return __executor
 
 
-def shutdown(
-    *, context: Context | None = None, uninstall_handlers: bool | None = None
-) -> None:
+def shutdown(*, context: Context | None = None, uninstall_handlers: bool | None = None) -> None:
     """Shut a context down.
 
     :param context: the context, by default the default one.

@@ -272,9 +272,7 @@ class Executor:
         while self._context.ok() and not self._is_shutdown:
             self.spin_once()
 
-    def spin_until_future_complete(
-        self, future: Future, timeout_sec: float | None = None
-    ) -> None:
+    def spin_until_future_complete(self, future: Future, timeout_sec: float | None = None) -> None:
         """Run callbacks until a future is done, or a time out has come."""
         future.add_done_callback(lambda _: self.wake())
         end = None
@@ -329,5 +327,3 @@ class Executor:
         exc_tb: TracebackType | None,
     ) -> None:
         self.shutdown()
-
-

@@ -37,9 +37,7 @@ class NodeGraph:
     def _nodes_seen(self) -> list[tuple[str, str, str, set[bytes], set[bytes]]]:
         """Return name, namespace, enclave, readers and writers of every node."""
         here = self._participant
-        found = [
-            (n.name, n.namespace, "/", set(n.readers), set(n.writers)) for n in here.nodes
-        ]
+        found = [(n.name, n.namespace, "/", set(n.readers), set(n.writers)) for n in here.nodes]
         present = graph.participants(here)
         for gid, told in here.hear().items():
             if gid == here.guid or gid not in present:

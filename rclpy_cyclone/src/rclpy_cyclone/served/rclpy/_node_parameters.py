@@ -218,9 +218,7 @@ class NodeParameters:
             return Parameter(name, _NOT_SET, None)
         raise ParameterNotDeclaredException(name)
 
-    def get_parameter_or(
-        self, name: str, alternative_value: Parameter | None = None
-    ) -> Parameter:
+    def get_parameter_or(self, name: str, alternative_value: Parameter | None = None) -> Parameter:
         """Return a parameter, or an alternative if it is not declared or has no value."""
         parameter = self._parameters.get(name)
         if parameter is not None and parameter.type_ != _NOT_SET:
@@ -409,9 +407,7 @@ class NodeParameters:
         """Return several descriptors; see :meth:`describe_parameter`."""
         return [self.describe_parameter(name) for name in names]
 
-    def set_descriptor(
-        self, name: str, descriptor: Any, alternative_value: Any = None
-    ) -> Any:
+    def set_descriptor(self, name: str, descriptor: Any, alternative_value: Any = None) -> Any:
         """Give a parameter another descriptor, and return its value after that.
 
         :param alternative_value: value to take if the descriptor refuses the present one.

@@ -38,9 +38,7 @@ def clear_config() -> None:
     initialize()
 
 
-def set_logger_level(
-    name: str, level: int | LoggingSeverity, detailed_error: bool = False
-) -> None:
+def set_logger_level(name: str, level: int | LoggingSeverity, detailed_error: bool = False) -> None:
     """Set the level of a logger; ``UNSET`` makes it follow its parent."""
     console.set_level(name, LoggingSeverity(level))
 

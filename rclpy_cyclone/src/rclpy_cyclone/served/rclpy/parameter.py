@@ -10,8 +10,6 @@ from typing import Any
 PARAMETER_SEPARATOR_STRING = "."
 
 
-
-
 class Parameter:
     """A parameter.
 
@@ -55,8 +53,7 @@ class Parameter:
                 if all(isinstance(v, item) for v in parameter_value):
                     return type_
             raise TypeError(
-                "The given value is not a list of one of the allowed types "
-                f"'{parameter_value}'."
+                f"The given value is not a list of one of the allowed types '{parameter_value}'."
             )
 
         def check(self, parameter_value: Any) -> bool:

@@ -87,9 +87,7 @@ class AsyncParameterClient:
         callback: Callable[[Future], None] | None = None,
     ) -> Future:
         """Ask for the names below some prefixes, ``depth`` levels deep."""
-        return self._call(
-            "list_parameters", callback, prefixes=prefixes or [], depth=depth or 0
-        )
+        return self._call("list_parameters", callback, prefixes=prefixes or [], depth=depth or 0)
 
     def get_parameters(
         self, names: list[str], callback: Callable[[Future], None] | None = None

@@ -120,9 +120,7 @@ def _override(qos: QoSProfile, policy: QoSPolicyKind, value: Any) -> None:
         try:
             value = _ENUMS[policy][value.upper()]
         except KeyError:
-            raise RuntimeError(
-                f"Unexpected QoS override for policy `{word}`: `{value}`"
-            ) from None
+            raise RuntimeError(f"Unexpected QoS override for policy `{word}`: `{value}`") from None
     elif isinstance(getattr(qos, word), Duration):
         value = Duration(nanoseconds=value)
     setattr(qos, word, value)

@@ -55,9 +55,7 @@ class TimeSource:
         from rosgraph_msgs.msg import Clock
 
         profile = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
-        self._clock_sub = node.create_subscription(
-            Clock, CLOCK_TOPIC, self.clock_callback, profile
-        )
+        self._clock_sub = node.create_subscription(Clock, CLOCK_TOPIC, self.clock_callback, profile)
 
     def _node(self) -> Any:
         return self._node_ref() if self._node_ref is not None else None
@@ -106,9 +104,7 @@ class TimeSource:
         """
         if not isinstance(clock, ROSClock):
             raise ValueError("Only clocks with type ROS_TIME can be attached.")
-        clock.set_ros_time_override(
-            Time(nanoseconds=self._last, clock_type=ClockType.ROS_TIME)
-        )
+        clock.set_ros_time_override(Time(nanoseconds=self._last, clock_type=ClockType.ROS_TIME))
         clock._set_ros_time_is_active(self._active)
         self._clocks.append(clock)
 
