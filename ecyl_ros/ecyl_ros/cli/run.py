@@ -74,7 +74,10 @@ def _run_graph(options: argparse.Namespace, checked: Run, summary: Path) -> None
             run_in_process(checked.drive_file, parameters, progress, log_level=options.log_level)
             return
         with NodeProcesses(
-            checked.drive_file, parameters, log_level=options.log_level
+            checked.drive_file,
+            parameters,
+            log_level=options.log_level,
+            realtime=options.realtime,
         ) as processes:
             processes.wait(progress, checked.duration_s is not None)
 

@@ -33,6 +33,8 @@ UNMATCHED = 10_000  # references kept while their measurement is on its way
 class Analyser(DriveNode):
     """Publishes `ecyl/tracking_error` per sample and, on `/diagnostics`, running figures."""
 
+    batch_s = 5e-3
+
     def __init__(self, **options) -> None:
         super().__init__(
             "analyser",
@@ -59,6 +61,7 @@ class Analyser(DriveNode):
         self.create_timer(1.0, self._publish_figures, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
     def _on_reference(self, message: JointState) -> None:
+        self.heard_partner()
         velocity = message.velocity[0] if len(message.velocity) else math.nan
         stamp_ns = wire.to_ns(message.header.stamp)
         self._begin_again_if(stamp_ns, self._references)

@@ -14,9 +14,14 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
+# Plant and controller come first; the others can wait a little when the machine is busy.
+FIRST = ("plant", "controller")
+BACKGROUND_NICE = 5
+NO_SPIN = {"RCLPY_CYCLONE_SPIN_US": "0"}  # heeded by rclpy_cyclone only
 NODES = ("recorder", "analyser", "reference", "controller", "plant")
 END_PATIENCE_S = 15.0  # for the recorder to get the last samples after the plant is through
 STOP_PATIENCE_S = 5.0
@@ -29,8 +34,9 @@ class GraphError(Exception):
     """A node ended before its time; the message names it."""
 
 
-def _die_with_parent() -> None:
+def _prepare_child(nice: int) -> None:
     """In the child: be sent SIGTERM when the parent dies (Linux; elsewhere nodes time out)."""
+    os.nice(nice)
     if sys.platform.startswith("linux"):
         ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGTERM)
 
@@ -50,8 +56,12 @@ class NodeProcesses:
         *,
         log_level: str = "warn",
         nodes: Sequence[str] = NODES,
+        realtime: bool = False,
     ) -> None:
         """parameters: node name -> its own parameters beside the drive file's."""
+        # In lockstep plant and controller wait for each other: looking out a moment before going
+        # to sleep saves them wake-ups. In real time everybody has long pauses.
+        self._spinning = () if realtime else FIRST
         self._drive_file = drive_file
         self._parameters = parameters
         self._log_level = log_level
@@ -64,9 +74,13 @@ class NodeProcesses:
             command += ["--params-file", str(self._drive_file), "--log-level", self._log_level]
             for key, value in self._parameters.get(name, {}).items():
                 command += ["-p", f"{key}:={_yaml_word(value)}"]
+            environment = os.environ | ({} if name in self._spinning else NO_SPIN)
             # A session of its own: Ctrl-C reaches the launcher, which ends the nodes in order.
             self.processes[name] = subprocess.Popen(
-                command, start_new_session=True, preexec_fn=_die_with_parent, cwd=os.getcwd()
+                command,
+                start_new_session=True,
+                preexec_fn=partial(_prepare_child, 0 if name in FIRST else BACKGROUND_NICE),
+                env=environment,
             )
         return self
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+import time
 from collections.abc import Callable, Sequence
 
 import rclpy
@@ -24,7 +25,10 @@ def run_node(make: Callable[[], DriveNode], args: Sequence[str] | None = None) -
         node = make()
         executor = SingleThreadedExecutor()
         executor.add_node(node)
-        executor.spin_until_future_complete(node.done)
+        if node.batch_s:
+            _spin_in_batches(executor, node)
+        else:
+            executor.spin_until_future_complete(node.done)
     except (KeyboardInterrupt, ExternalShutdownException):
         pass
     except InputError as error:
@@ -38,3 +42,12 @@ def run_node(make: Callable[[], DriveNode], args: Sequence[str] | None = None) -
     if node is not None and node.done.done():
         return node.done.result()[0]
     return 0
+
+
+def _spin_in_batches(executor: SingleThreadedExecutor, node: DriveNode) -> None:
+    """Handle all that has come, sleep, and so on: one wake-up for many messages."""
+    while rclpy.ok() and not node.done.done():
+        before = node.handled
+        executor.spin_once(timeout_sec=0.0)
+        if node.handled == before:
+            time.sleep(node.batch_s)

@@ -42,9 +42,9 @@ def find_spec(fullname: str) -> importlib.machinery.ModuleSpec | None:
         return None
     spec = importlib.machinery.ModuleSpec(
         fullname,
-        _Loader(),
+        _Loader(),  # type: ignore[arg-type]
         origin="rclpy_cyclone",
-        is_package=len(parts) < 3,  # type: ignore[arg-type]
+        is_package=len(parts) < 3,
     )
     return spec
 
