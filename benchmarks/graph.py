@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import json
 import os
 import signal
 import tempfile
 from pathlib import Path
+from typing import Any
 
 SINE = "sine:amplitude=5e-3,frequency=1"
 
@@ -26,8 +28,6 @@ def run_graph(
     recorder: bool = True,
 ) -> dict:
     """Run the graph as `ecyl run` does and return the figures in the plant's summary file."""
-    import json
-
     from ecyl_ros.drive.drive_file import load_drive, resolve_drive
     from ecyl_ros.drive.warm_up import warm_up
     from ecyl_ros.nodes.launcher import NODES, NodeProcesses
@@ -37,8 +37,8 @@ def run_graph(
     names = tuple(name for name in NODES if recorder or name != "recorder")
     with tempfile.TemporaryDirectory(prefix="ecyl_bench_") as folder:
         summary = Path(folder, "summary.json")
-        timed = {"realtime": realtime, "duration": duration_s}
-        parameters = {
+        timed: dict[str, Any] = {"realtime": realtime, "duration": duration_s}
+        parameters: dict[str, dict[str, Any]] = {
             "plant": timed | {"summary_file": str(summary)},
             "controller": {"realtime": realtime},
             "reference": timed | {"reference": SINE},
