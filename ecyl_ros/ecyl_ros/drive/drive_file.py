@@ -28,6 +28,7 @@ NODE_KEYS = (
     "realtime",
     "duration",
     "partner_timeout",
+    "recorder",
     "summary_file",
     "reference",
     "lookahead",

@@ -13,13 +13,10 @@ def current_derivatives(i_d, i_q, rotor_speed, u_d, u_q, p):
     speed, pole pairs times the mechanical one.
     """
     electrical_speed = p.pole_pairs * rotor_speed
-    slope_d = (u_d - p.resistance * i_d + electrical_speed * p.inductance * i_q) / p.inductance
+    slope_d = (u_d - p.resistance * i_d) * p.per_inductance + electrical_speed * i_q
     slope_q = (
-        u_q
-        - p.resistance * i_q
-        - electrical_speed * p.inductance * i_d
-        - p.back_emf_constant * rotor_speed
-    ) / p.inductance
+        u_q - p.resistance * i_q - p.back_emf_constant * rotor_speed
+    ) * p.per_inductance - electrical_speed * i_d
     return slope_d, slope_q
 
 

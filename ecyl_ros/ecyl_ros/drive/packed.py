@@ -20,10 +20,12 @@ PACKED = np.dtype(
     [
         ("resistance", "f8"),
         ("inductance", "f8"),
+        ("per_inductance", "f8"),  # reciprocals: a product costs less than a division
+        ("per_rotor_inertia", "f8"),
+        ("per_load_inertia", "f8"),
         ("torque_constant", "f8"),
         ("back_emf_constant", "f8"),
         ("pole_pairs", "f8"),
-        ("rotor_inertia", "f8"),
         ("rotor_viscous", "f8"),
         ("rod_per_rotor", "f8"),  # m of rod per rad of rotor-side angle
         ("half_backlash", "f8"),
@@ -32,7 +34,6 @@ PACKED = np.dtype(
         ("deflection_start", "f8", (MAX_SEGMENTS,)),  # rad, where each segment begins
         ("torque_start", "f8", (MAX_SEGMENTS,)),  # N m, elastic torque there
         ("contact_damping", "f8"),
-        ("load_inertia", "f8"),
         ("load_viscous", "f8"),
         ("tick", "f8"),  # s, control period
         ("substeps", "i8"),
@@ -87,15 +88,16 @@ def pack(drive: DriveParameters, *, substeps: int | None = None) -> np.ndarray:
     values: dict[str, float] = {
         "resistance": motor.resistance,
         "inductance": motor.inductance,
+        "per_inductance": 1.0 / motor.inductance,
+        "per_rotor_inertia": 1.0 / motor.rotor_inertia,
+        "per_load_inertia": 1.0 / load.inertia,
         "torque_constant": motor.torque_constant,
         "back_emf_constant": motor.back_emf_constant,
         "pole_pairs": motor.pole_pairs,
-        "rotor_inertia": motor.rotor_inertia,
         "rotor_viscous": motor.viscous_friction,
         "rod_per_rotor": transmission.rod_per_rotor,
         "half_backlash": 0.5 * transmission.backlash,
         "contact_damping": transmission.contact_damping,
-        "load_inertia": load.inertia,
         "load_viscous": load.viscous_friction,
         "tick": 1.0 / controller.rate,
         "substeps": choose_substeps(drive) if substeps is None else substeps,

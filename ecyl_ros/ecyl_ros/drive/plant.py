@@ -41,9 +41,9 @@ def _derivative(y, u_d, u_q, mode, p):
     slope_d, slope_q = current_derivatives(y[4], y[5], y[1], u_d, u_q, p)
     return (
         y[1],
-        (rotor_torque(y[5], y[1], p) - twist_torque) / p.rotor_inertia,
+        (rotor_torque(y[5], y[1], p) - twist_torque) * p.per_rotor_inertia,
         y[3],
-        (twist_torque - p.load_viscous * y[3]) / p.load_inertia,
+        (twist_torque - p.load_viscous * y[3]) * p.per_load_inertia,
         slope_d,
         slope_q,
     )

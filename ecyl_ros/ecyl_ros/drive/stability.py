@@ -26,24 +26,27 @@ _HIGHEST_RATE = 1e7  # Hz; a loop unstable here is unstable in continuous time t
 
 def _plant_matrices(p: np.record, stiffness: float) -> tuple[np.ndarray, np.ndarray]:
     """Continuous plant for one mode: states theta_r, w_r, (theta_l, w_l,) i_q; input u_q."""
-    electrical = [-p["back_emf_constant"] / p["inductance"], -p["resistance"] / p["inductance"]]
+    electrical = [
+        -p["back_emf_constant"] * p["per_inductance"],
+        -p["resistance"] * p["per_inductance"],
+    ]
     drag, torque = -p["rotor_viscous"], p["torque_constant"]
     if stiffness == 0.0:  # the load is adrift; the loop only holds the rotor
         a = np.zeros((3, 3))
         a[0, 1] = 1.0
         a[1] = [0.0, drag, torque]
-        a[1] /= p["rotor_inertia"]
+        a[1] *= p["per_rotor_inertia"]
         a[2, 1:] = electrical
-        return a, np.array([0.0, 0.0, 1.0 / p["inductance"]])
+        return a, np.array([0.0, 0.0, p["per_inductance"]])
     damping = p["contact_damping"]
     a = np.zeros((5, 5))
     a[0, 1] = a[2, 3] = 1.0
     a[1] = [-stiffness, drag - damping, stiffness, damping, torque]
-    a[1] /= p["rotor_inertia"]
+    a[1] *= p["per_rotor_inertia"]
     a[3] = [stiffness, damping, -stiffness, -damping - p["load_viscous"], 0.0]
-    a[3] /= p["load_inertia"]
+    a[3] *= p["per_load_inertia"]
     a[4, [1, 4]] = electrical
-    return a, np.array([0.0, 0.0, 0.0, 0.0, 1.0 / p["inductance"]])
+    return a, np.array([0.0, 0.0, 0.0, 0.0, p["per_inductance"]])
 
 
 def closed_loop_matrix(drive: DriveParameters, stiffness: float) -> np.ndarray:

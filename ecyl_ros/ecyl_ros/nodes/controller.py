@@ -6,6 +6,7 @@ from collections import deque
 
 import numpy as np
 from geometry_msgs.msg import Vector3, Vector3Stamped
+from rclpy.publisher import Publisher
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Header
 
@@ -47,17 +48,16 @@ class Controller(DriveNode):
         self._after_ns: int | None = None
         self._references: deque[tuple[int, float, float]] = deque(maxlen=BUFFERED_REFERENCES)
         self._last_reference_ns = -1
-        # One topic may be heard ahead of the other; a measurement is whole when stamps meet.
-        self._joints: deque[tuple[int, JointState]] = deque(maxlen=BUFFERED_TICKS)
-        self._currents: deque[tuple[int, Vector3Stamped]] = deque(maxlen=BUFFERED_TICKS)
+        self._measurements: deque[tuple[int, JointState]] = deque(maxlen=BUFFERED_TICKS)
         self._answered_ns = -1
         self.unreferenced = 0  # real time: ticks for which no reference had come
 
         scratch = initial_cascade_state()
         self._run_cascade(scratch, 0.0)  # compile, or load from cache, before the first tick
 
-        self._commands = self.create_publisher(Vector3Stamped, wire.CONTROL_VOLTAGE, wire.control())
         self._telemetry = self.create_publisher(Vector3Stamped, wire.VOLTAGE, wire.lossless())
+        self._commands: Publisher | None = None  # there when we are ready
+        self.when_recorded(wire.VOLTAGE, self._be_ready)
         self.create_subscription(
             JointState,
             wire.CONTROL_REFERENCE,
@@ -65,11 +65,11 @@ class Controller(DriveNode):
             wire.latched(BUFFERED_REFERENCES),
         )
         self.create_subscription(
-            Vector3Stamped, wire.CONTROL_CURRENT, self._on_current, wire.control()
+            JointState, wire.CONTROL_MEASUREMENT, self._on_measurement, wire.control()
         )
-        self.create_subscription(
-            JointState, wire.CONTROL_JOINT_STATES, self._on_joints, wire.control()
-        )
+
+    def _be_ready(self) -> None:
+        self._commands = self.create_publisher(Vector3Stamped, wire.CONTROL_VOLTAGE, wire.control())
 
     # --- reference -----------------------------------------------------------------------------
 
@@ -82,7 +82,7 @@ class Controller(DriveNode):
         self._last_reference_ns = stamp_ns
         velocity = message.velocity[0] if len(message.velocity) else float("nan")
         self._references.append((stamp_ns, message.position[0], velocity))
-        if self._joints and self._currents:
+        if self._measurements:
             self._answer()
 
     def _bracket(self, stamp_ns: int) -> bool:
@@ -98,37 +98,22 @@ class Controller(DriveNode):
 
     # --- measurement ---------------------------------------------------------------------------
 
-    def _on_current(self, message: Vector3Stamped) -> None:
-        self._queue(self._currents, message)
-
-    def _on_joints(self, message: JointState) -> None:
-        self._queue(self._joints, message)
-
-    def _queue(self, queue: deque, message: JointState | Vector3Stamped) -> None:
+    def _on_measurement(self, message: JointState) -> None:
         stamp = message.header.stamp
         stamp_ns = stamp.sec * wire.NANOSECONDS + stamp.nanosec
-        if queue and stamp_ns <= queue[-1][0]:
-            if stamp_ns == queue[-1][0]:
+        if self._measurements and stamp_ns <= self._measurements[-1][0]:
+            if stamp_ns == self._measurements[-1][0]:
                 return  # said again while it waits here
-            self._joints.clear()  # the plant began anew
-            self._currents.clear()
-        queue.append((stamp_ns, message))
-        if self._joints and self._currents:
-            self._answer()
+            self._measurements.clear()  # the plant began anew
+        self._measurements.append((stamp_ns, message))
+        self._answer()
 
     def _answer(self) -> None:
-        """Publish the voltage for every measurement for which all it takes has come."""
-        joints, currents = self._joints, self._currents
-        while joints and currents:
-            if joints[0][0] == currents[0][0]:
-                if not self._answer_one(joints[0][0], joints[0][1], currents[0][1].vector):
-                    return
-                joints.popleft()
-                currents.popleft()
-            else:  # the earlier one has lost its partner
-                (joints if joints[0][0] < currents[0][0] else currents).popleft()
+        """Publish the voltage for every measurement for which the reference has come."""
+        while self._measurements and self._answer_one(*self._measurements[0]):
+            self._measurements.popleft()
 
-    def _answer_one(self, stamp_ns: int, joints: JointState, current: Vector3) -> bool:
+    def _answer_one(self, stamp_ns: int, joints: JointState) -> bool:
         """Answer one measurement; False if it has to wait for its reference."""
         self.heard_partner()
         if stamp_ns == self._answered_ns:  # said again: the answer may have been lost
@@ -149,9 +134,9 @@ class Controller(DriveNode):
             if self._before_ns is None:
                 return True  # nothing to hold yet
         measured = self._measured
-        measured[0], measured[2] = joints.position
-        measured[1], measured[3] = joints.velocity
-        measured[4], measured[5] = current.x, current.y
+        measured[0], measured[2], _, _ = joints.position
+        measured[1], measured[3], _, _ = joints.velocity
+        _, _, measured[4], measured[5] = joints.effort
         self._run_cascade(self._state, phase)
         first = self._answered_ns < 0
         self._answered_ns = stamp_ns
@@ -179,7 +164,8 @@ class Controller(DriveNode):
             header=Header(stamp=header.stamp, frame_id=wire.DQ_FRAME),
             vector=Vector3(x=u_d, y=u_q, z=0.0),
         )
-        self._commands.publish(message)
+        if self._commands is not None:
+            self._commands.publish(message)
         if telemetry:
             self._telemetry.publish(message)
 
@@ -187,9 +173,9 @@ class Controller(DriveNode):
 
     def waiting_for(self) -> str | None:
         """The reference while a measurement waits for it, otherwise the plant."""
-        if self._joints and self._currents:
+        if self._measurements:
             return "a reference on " + self.resolve_topic_name(wire.CONTROL_REFERENCE)
-        return "a plant on " + self.resolve_topic_name(wire.CONTROL_JOINT_STATES)
+        return "a plant on " + self.resolve_topic_name(wire.CONTROL_MEASUREMENT)
 
     def on_drive_changed(self, drive: DriveParameters) -> None:
         """Take over changed gains and limits between two ticks, if the loop stays stable."""

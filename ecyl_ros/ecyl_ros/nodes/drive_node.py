@@ -5,6 +5,7 @@ from __future__ import annotations
 import array
 import math
 import time
+from collections.abc import Callable
 from typing import Any
 
 from rcl_interfaces.msg import ParameterDescriptor, SetParametersResult
@@ -18,11 +19,13 @@ from ..drive.parameters import DriveParameters, leaf_fields
 from ..errors import InputError
 
 WATCH_PERIOD_S = 0.25
+LOOK_PERIOD_S = 0.05
 SAY_AFTER_S = 5.0
 
 # Parameters every node has beside the drive's: name -> (default, meaning).
 COMMON_PARAMETERS: dict[str, tuple[Any, str]] = {
     "realtime": (False, "pace by the wall clock; otherwise in lockstep with the controller"),
+    "recorder": ("", "name of a recorder node that must be there before a run begins"),
     "partner_timeout": (60.0, "s a node waits for a silent partner before it ends; 0: for ever"),
 }
 
@@ -65,7 +68,8 @@ class DriveNode(Node):
         leaves = leaf_fields()
         for key, value in drive_to_flat(self.drive).items():
             meta = leaves[key].metadata
-            meaning = f"{meta.get('meaning', '')} [{meta.get('unit', '')}]".strip(" []")
+            unit = meta.get("unit", "")
+            meaning = f"{meta['meaning']}, {unit}" if unit else meta["meaning"]
             if isinstance(value, list):
                 value = array.array("d", value) if value else Parameter.Type.DOUBLE_ARRAY
             self._declare_one(key, value, meaning)
@@ -112,6 +116,28 @@ class DriveNode(Node):
 
     def on_drive_changed(self, drive: DriveParameters) -> None:
         """Take over changed parameters; raise InputError to refuse them."""
+
+    def is_recorded(self, *topics: str) -> bool:
+        """Whether the recorder, if one is wanted, hears all these topics of ours."""
+        recorder = self.option("recorder")
+        return not recorder or all(
+            any(end.node_name == recorder for end in self.get_subscriptions_info_by_topic(topic))
+            for topic in map(self.resolve_topic_name, topics)
+        )
+
+    def when_recorded(self, topic: str, begin: Callable[[], None]) -> None:
+        """Call `begin` as soon as the recorder, if one is wanted, hears `topic`.
+
+        What `begin` creates tells the plant that this node is ready.
+        """
+        steady = Clock(clock_type=ClockType.STEADY_TIME)
+
+        def look() -> None:
+            if self.is_recorded(topic):
+                timer.cancel()
+                begin()
+
+        timer = self.create_timer(LOOK_PERIOD_S, look, clock=steady)
 
     def heard_partner(self) -> None:
         """Note that the partner is alive."""

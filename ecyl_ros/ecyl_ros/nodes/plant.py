@@ -78,8 +78,9 @@ class Plant(DriveNode):
         measure(self._state, 0, self._params, self._measured)
         apply_voltage(self._state.copy(), self._pending.copy(), self._params)
 
-        self._joints = self.create_publisher(JointState, wire.CONTROL_JOINT_STATES, wire.control())
-        self._current = self.create_publisher(Vector3Stamped, wire.CONTROL_CURRENT, wire.control())
+        self._measurement = self.create_publisher(
+            JointState, wire.CONTROL_MEASUREMENT, wire.control()
+        )
         self._epoch = self.create_publisher(Time, wire.EPOCH, wire.latched())
         self._waiting = self.create_publisher(Time, wire.WAITING, 10)
         self._telemetry = self.create_publisher(JointState, wire.JOINT_STATES, wire.lossless())
@@ -102,18 +103,20 @@ class Plant(DriveNode):
     # --- start ---------------------------------------------------------------------------------
 
     def _partners_missing(self) -> str | None:
-        if self.count_publishers(wire.CONTROL_JOINT_STATES) > 1:
+        if self.count_publishers(wire.CONTROL_MEASUREMENT) > 1:
             self.finish(
                 2,
-                f"another plant publishes {self.resolve_topic_name(wire.CONTROL_JOINT_STATES)}; "
+                f"another plant publishes {self.resolve_topic_name(wire.CONTROL_MEASUREMENT)}; "
                 "expected one drive per ROS domain and namespace",
             )
-        if not self.count_subscribers(wire.CONTROL_JOINT_STATES):
+        if not self.count_subscribers(wire.CONTROL_MEASUREMENT):
             return "a controller"
         if not self.count_publishers(wire.CONTROL_VOLTAGE):
             return "the controller's voltage"
         if not self.count_publishers(wire.CONTROL_REFERENCE):
             return "a reference"
+        if not self.is_recorded(wire.JOINT_STATES, wire.CURRENT):
+            return "the recorder"
         return None
 
     def _try_start(self) -> None:
@@ -121,12 +124,12 @@ class Plant(DriveNode):
             return
         self._start_timer.cancel()
         if self.realtime:
-            # Whole periods, so that the timer's own instants are the ticks'.
-            delay = math.ceil(START_DELAY_S * self._rate) / self._rate
-            self._epoch_ns = self.get_clock().now().nanoseconds + round(delay * 1e9)
-            self._started = time.monotonic() + delay
-            self._epoch.publish(wire.to_time(self._epoch_ns))
+            # The timer first, and whole periods to tick 0: so the timer's instants are the ticks'.
             self._timer = self.create_timer(1.0 / self._rate, self._on_timer, clock=self._steady)
+            delay = math.ceil(START_DELAY_S * self._rate) / self._rate
+            self._started = time.monotonic() + delay
+            self._epoch_ns = self.get_clock().now().nanoseconds + round(delay * 1e9)
+            self._epoch.publish(wire.to_time(self._epoch_ns))
             self.timing.start(self._started)
         else:
             self._epoch_ns = 0
@@ -201,21 +204,15 @@ class Plant(DriveNode):
             self._publish_telemetry()
 
     def _publish_control(self) -> None:
-        values = self._measured.tolist()
+        rotor, rotor_rate, rod, rod_rate, i_d, i_q, _ = self._measured.tolist()
         sec, nanosec = divmod(self._stamp_ns, wire.NANOSECONDS)
-        stamp = Time(sec=sec, nanosec=nanosec)
-        self._current.publish(
-            Vector3Stamped(
-                header=Header(stamp=stamp, frame_id=wire.DQ_FRAME),
-                vector=Vector3(x=values[4], y=values[5], z=0.0),
-            )
-        )
-        self._joints.publish(
+        self._measurement.publish(
             JointState(
-                header=Header(stamp=stamp, frame_id=wire.BASE_FRAME),
-                name=[wire.ROTOR, wire.ROD],
-                position=[values[0], values[2]],
-                velocity=[values[1], values[3]],
+                header=Header(stamp=Time(sec=sec, nanosec=nanosec), frame_id=wire.BASE_FRAME),
+                name=list(wire.MEASUREMENT_JOINTS),
+                position=[rotor, rod, math.nan, math.nan],
+                velocity=[rotor_rate, rod_rate, math.nan, math.nan],
+                effort=[math.nan, math.nan, i_d, i_q],
             )
         )
 
@@ -253,28 +250,26 @@ class Plant(DriveNode):
     def _end_run(self) -> None:
         if self._timer is not None:
             self._timer.cancel()
-        for publisher in (self._joints, self._current, self._telemetry, self._telemetry_current):
+        for publisher in (self._measurement, self._telemetry, self._telemetry_current):
             publisher.wait_for_all_acked(Duration(seconds=5.0))
         self.finish(0, f"ran {self.option('duration'):g} s: {self._tick} ticks")
 
-    def figures(self) -> dict:
-        """Figures of the run so far, for the summary file."""
+    def _figures(self, timing: dict) -> dict:
         wall = time.monotonic() - self._started if self._started else 0.0
-        figures = {
+        return {
             "realtime": self.realtime,
             "ticks": self._tick,
             "samples": -(-self._tick // self._every),
             "wall_s": wall,
             "ticks_per_s": self._tick / wall if wall > 0 else 0.0,
-        }
-        return figures | (self.timing.figures(self._tick) if self.realtime else {})
+        } | timing
 
     def _publish_diagnostics(self) -> None:
+        """Once a second, on `/diagnostics` and in the summary file, which so shows progress."""
         if not self._tick:
             return
-        self._write_summary()
-        figures = self.figures()
-        figures.pop("jitter_histogram", None)
+        figures = self._figures(self.timing.running_figures(self._tick) if self.realtime else {})
+        self._write_summary(figures)
         status = DiagnosticStatus(
             level=DiagnosticStatus.OK,
             name="ecyl/plant timing",
@@ -286,15 +281,15 @@ class Plant(DriveNode):
         self._diagnostics.publish(DiagnosticArray(header=header, status=[status]))
 
     def close(self) -> None:
-        """Leave the last figures."""
-        self._write_summary()
+        """Leave the figures of the whole run."""
+        self._write_summary(self._figures(self.timing.figures(self._tick) if self.realtime else {}))
 
-    def _write_summary(self) -> None:
-        """The summary file, whole or not at all: rewritten once a second, so it shows progress."""
+    def _write_summary(self, figures: dict) -> None:
+        """The summary file, whole or not at all."""
         target = self.option("summary_file")
         if target:
             partial = Path(f"{target}.partial")
-            partial.write_text(json.dumps(self.figures()), encoding="utf-8")
+            partial.write_text(json.dumps(figures), encoding="utf-8")
             os.replace(partial, target)
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from ..drive.parameters import DriveParameters
 
 MAX_KEPT = 4_000_000  # lateness values kept: an hour at 1 kHz
+RECENT = 1000  # of them, for the figures while running
 
 
 def with_transport_delay(drive: DriveParameters, logger) -> DriveParameters:
@@ -42,7 +43,8 @@ class TickTiming:
         self.jitter_s = array.array("d")
         self._begin = 0.0
         self._command_ns = -1
-        self._late_tick = False
+        self._due = 0
+        self._largest_s = 0.0
 
     def start(self, instant: float) -> None:
         """instant: of tick 0 on the monotonic clock, s."""
@@ -71,22 +73,33 @@ class TickTiming:
         self.missed += late or stale
         self._due -= 1
 
-    def figures(self, ticks: int) -> dict:
-        """Counts, jitter quantiles in s, and a histogram of it (edges in s, counts)."""
-        jitter = np.frombuffer(self.jitter_s, dtype=np.float64) if self.jitter_s else np.zeros(1)
-        edges = np.concatenate([[0.0], np.logspace(-5, -1, 41), [np.inf]])
-        counts, _ = np.histogram(np.maximum(jitter, 0.0), edges)
+    def _counts(self, ticks: int, jitter: np.ndarray) -> dict:
+        p50, p99, p999 = np.quantile(jitter, (0.5, 0.99, 0.999)).tolist()
         return {
             "late_ticks": self.late,
             "stale_ticks": self.stale,
             "missed_ticks": self.missed,
             "met_share": 1.0 - self.missed / max(ticks, 1),
-            "jitter_p50_s": float(np.quantile(jitter, 0.5)),
-            "jitter_p99_s": float(np.quantile(jitter, 0.99)),
-            "jitter_p999_s": float(np.quantile(jitter, 0.999)),
-            "jitter_max_s": float(jitter.max()),
-            "jitter_histogram": {
-                "edges_s": edges[1:-1].tolist(),
-                "counts": counts.tolist(),
-            },
+            "jitter_p50_s": p50,
+            "jitter_p99_s": p99,
+            "jitter_p999_s": p999,
+            "jitter_max_s": self._largest_s,
         }
+
+    def running_figures(self, ticks: int) -> dict:
+        """Counts and largest jitter so far, jitter quantiles of the last `RECENT` ticks, s.
+
+        Cheap enough to be asked for between two ticks.
+        """
+        recent = np.array(self.jitter_s[-RECENT:] or [0.0])
+        self._largest_s = max(self._largest_s, float(recent.max()))
+        return self._counts(ticks, recent)
+
+    def figures(self, ticks: int) -> dict:
+        """The same over the whole run, and a histogram of jitter (edges in s, counts)."""
+        jitter = np.array(self.jitter_s or [0.0])
+        self._largest_s = float(jitter.max())
+        edges = np.concatenate([[0.0], np.logspace(-5, -1, 41), [np.inf]])
+        counts, _ = np.histogram(np.maximum(jitter, 0.0), edges)
+        histogram = {"edges_s": edges[1:-1].tolist(), "counts": counts.tolist()}
+        return self._counts(ticks, jitter) | {"jitter_histogram": histogram}

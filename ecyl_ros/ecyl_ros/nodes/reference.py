@@ -12,6 +12,7 @@ from collections import deque
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rclpy.clock import Clock, ClockType
+from rclpy.publisher import Publisher
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64, Header
 
@@ -65,11 +66,9 @@ class ReferenceGenerator(DriveNode):
 
         self._ahead: deque[JointState] = deque()  # said to the controller, not yet as telemetry
 
-        # Latched, so that a controller that starts again gets the samples it is to go on from.
-        self._publisher = self.create_publisher(
-            JointState, wire.CONTROL_REFERENCE, wire.latched(2 * self._lookahead + 64)
-        )
         self._telemetry = self.create_publisher(JointState, wire.REFERENCE, wire.lossless())
+        self._publisher: Publisher | None = None  # there when we are ready
+        self.when_recorded(wire.REFERENCE, self._be_ready)
         self._diagnostics = self.create_publisher(DiagnosticArray, wire.DIAGNOSTICS, 10)
         self.create_subscription(Time, wire.EPOCH, self._on_epoch, wire.latched())
         self.create_subscription(Time, wire.WAITING, self._on_waiting, 10)
@@ -81,6 +80,13 @@ class ReferenceGenerator(DriveNode):
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         self.create_timer(1.0, self._publish_diagnostics, clock=steady)
         self._last_reason = ""
+
+    def _be_ready(self) -> None:
+        # Latched, so that a controller that starts again gets the samples it is to go on from.
+        self._publisher = self.create_publisher(
+            JointState, wire.CONTROL_REFERENCE, wire.latched(2 * self._lookahead + 64)
+        )
+        self._publish_ahead()
 
     def _make(self):
         duration = self.option("duration") or CHECKED_S
@@ -127,9 +133,11 @@ class ReferenceGenerator(DriveNode):
         self._publish_telemetry(stamp_ns)
 
     def _publish_ahead(self) -> None:
+        if self._publisher is None or self._epoch_ns is None:
+            return
         while self._next <= self._plant_sample + self._lookahead:
             position, velocity = self._reference.sample(self._next / self.drive.sample_rate)
-            stamp_ns = tick_stamp_ns(self._next * self._every, self._rate, self._epoch_ns or 0)
+            stamp_ns = tick_stamp_ns(self._next * self._every, self._rate, self._epoch_ns)
             message = JointState(
                 header=Header(stamp=wire.to_time(stamp_ns), frame_id=wire.ROD_FRAME),
                 name=[wire.ROD],

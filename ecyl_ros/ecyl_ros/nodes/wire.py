@@ -25,14 +25,16 @@ EPOCH = "ecyl/control/epoch"
 WAITING = "ecyl/control/waiting"
 # Samples for the controller, ahead of the plant's time; telemetry says each when its time has come.
 CONTROL_REFERENCE = "ecyl/control/reference"
-CONTROL_JOINT_STATES = "ecyl/control/joint_states"
-CONTROL_CURRENT = "ecyl/control/current"
+# What the sensors give at a tick, in one message: a second one would cost a tenth of the tick rate.
+# Joints rotor and rod with position and velocity; "joints" d and q, whose effort is a current, A.
+CONTROL_MEASUREMENT = "ecyl/control/measurement"
 CONTROL_VOLTAGE = "ecyl/control/voltage"
 
 CLOCK = "/clock"
 DIAGNOSTICS = "/diagnostics"
 
 ROTOR, ROD, LOAD = "rotor", "rod", "load"
+MEASUREMENT_JOINTS = (ROTOR, ROD, "d", "q")
 BASE_FRAME, ROD_FRAME, DQ_FRAME = "base", "rod", "dq0"
 
 NANOSECONDS = 1_000_000_000

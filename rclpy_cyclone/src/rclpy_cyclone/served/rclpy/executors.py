@@ -30,7 +30,7 @@ async def await_or_execute(callback: Callable[..., Any], *args: Any) -> Any:
 
 
 def _is_coroutine_function(callback: Any) -> bool:
-    try:
+    try:  # the usual case, without inspect: this runs for every message
         return bool(callback.__code__.co_flags & inspect.CO_COROUTINE)
     except AttributeError:  # not a plain function or method
         return inspect.iscoroutinefunction(callback)
