@@ -116,7 +116,7 @@ def test_analyser_agrees_with_the_offline_figures(listener, tmp_path: Path) -> N
     status = "ecyl/analyser tracking"
     try:
         # A full window, and the transient at the start has left it.
-        assert listener.until(lambda: len(listener.errors) > 8000, 60.0)
+        assert listener.until(lambda: len(listener.errors) > 2000, 60.0)
         figures = dict(listener.statuses[status])
     finally:
         process.terminate()
@@ -126,7 +126,7 @@ def test_analyser_agrees_with_the_offline_figures(listener, tmp_path: Path) -> N
     assert float(figures["error_rms_m"]) == pytest.approx(offline.error_rms_m, rel=0.05)
     assert float(figures["lag_s"]) == pytest.approx(offline.lag.lag_s, abs=1e-3)
     assert figures["line_1"].startswith("2")
-    assert np.std(listener.errors[4000:8000]) == pytest.approx(offline.error_std_m, rel=0.05)
+    assert np.std(listener.errors[1000:2000]) == pytest.approx(offline.error_std_m, rel=0.05)
 
 
 def test_missed_ticks_and_jitter_are_on_diagnostics(listener, tmp_path: Path) -> None:
@@ -185,7 +185,7 @@ def test_gains_change_live_and_unstable_ones_are_refused(listener, tmp_path: Pat
 
 
 def test_real_time_keeps_the_wall_clock_and_counts(tmp_path: Path) -> None:
-    """A 3 s real-time run takes 3 s, has every sample on the 1 ms grid and prints its counts."""
+    """A 3 s real-time run takes 3 s, has every sample on the 4 ms grid and prints its counts."""
     out = tmp_path / "run.mcap"
     done = ecyl(
         "run",
@@ -202,9 +202,9 @@ def test_real_time_keeps_the_wall_clock_and_counts(tmp_path: Path) -> None:
     assert done.returncode == 0, done.stderr
     assert "3000 ticks in 3." in done.stdout and "% met" in done.stdout
     recording = read_recording(out)
-    assert len(recording) == 3000
+    assert len(recording) == 750
     assert abs(recording.stamp_ns[0] / 1e9 - time.time()) < 60
-    assert set((recording.stamp_ns[1:] - recording.stamp_ns[:-1]).tolist()) == {1_000_000}
+    assert set((recording.stamp_ns[1:] - recording.stamp_ns[:-1]).tolist()) == {4_000_000}
 
 
 def test_zero_delay_runs_with_one_tick_in_real_time_and_says_so(tmp_path: Path) -> None:
@@ -254,3 +254,31 @@ def test_json_of_analyse_on_a_run(tmp_path: Path) -> None:
     figures = json.loads((tmp_path / "a.json").read_text())
     for key in ("error_std_m", "error_rms_m", "lag_s", "gain", "spectrum", "imfs"):
         assert figures[key] is not None
+
+
+def test_parameters_dump_and_load_again(listener, tmp_path: Path) -> None:
+    """Every parameter the node lists has a value, and those of the drive give the same drive."""
+    from rcl_interfaces.srv import GetParameters, ListParameters
+    from rclpy.parameter import parameter_value_to_python
+
+    from ecyl_ros.drive.drive_file import drive_from_flat, load_drive
+
+    process = _follow(tmp_path)
+    try:
+        names = listener.create_client(ListParameters, "/plant/list_parameters")
+        assert names.wait_for_service(timeout_sec=30.0)
+        future = names.call_async(ListParameters.Request())
+        assert listener.until(future.done, 10.0)
+        listed = list(future.result().result.names)
+        values = listener.create_client(GetParameters, "/plant/get_parameters")
+        assert values.wait_for_service(timeout_sec=10.0)
+        future = values.call_async(GetParameters.Request(names=listed))
+        assert listener.until(future.done, 10.0)
+        given = [parameter_value_to_python(value) for value in future.result().values]
+    finally:
+        process.terminate()
+        process.communicate(timeout=20)
+    assert len(given) == len(listed) and None not in given
+    dumped = dict(zip(listed, given, strict=True))
+    dumped["transmission.stiffness"] = list(dumped["transmission.stiffness"])
+    assert drive_from_flat(dumped, "dump") == load_drive("servo_1khz")

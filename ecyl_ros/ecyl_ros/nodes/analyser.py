@@ -33,7 +33,7 @@ UNMATCHED = 10_000  # references kept while their measurement is on its way
 class Analyser(DriveNode):
     """Publishes `ecyl/tracking_error` per sample and, on `/diagnostics`, running figures."""
 
-    batch_s = 5e-3
+    batch_s = 2e-3
 
     def __init__(self, **options) -> None:
         super().__init__(

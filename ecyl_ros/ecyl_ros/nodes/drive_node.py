@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import array
 import math
 import time
 from collections.abc import Callable
@@ -70,8 +69,8 @@ class DriveNode(Node):
             meta = leaves[key].metadata
             unit = meta.get("unit", "")
             meaning = f"{meta['meaning']}, {unit}" if unit else meta["meaning"]
-            if isinstance(value, list):
-                value = array.array("d", value) if value else Parameter.Type.DOUBLE_ARRAY
+            if value == []:
+                continue  # ROS has no empty list of numbers; one unset value empties param dumps
             self._declare_one(key, value, meaning)
         for key, (default, meaning) in self._own.items():
             value = given.get(key, default)

@@ -15,6 +15,7 @@ from .controller import Controller
 from .drive_node import DriveNode
 from .launcher import GraphError
 from .plant import Plant
+from .quiet_signals import quiet_signals
 from .recorder import Recorder
 from .reference import ReferenceGenerator
 
@@ -41,6 +42,17 @@ def run_in_process(
     Raises KeyboardInterrupt if it was interrupted (the recording is closed first), GraphError if a
     node ended for a reason of its own.
     """
+    with quiet_signals():
+        _run(drive_file, parameters, progress, log_level, names)
+
+
+def _run(
+    drive_file: Path,
+    parameters: Mapping[str, Mapping[str, Any]],
+    progress: Callable[[], None],
+    log_level: str,
+    names: tuple[str, ...],
+) -> None:
     arguments = ["--ros-args", "--params-file", str(drive_file), "--log-level", log_level]
     nodes: dict[str, DriveNode] = {}
     rclpy.init(args=["ecyl", "--ros-args", "--log-level", log_level])
@@ -57,6 +69,11 @@ def run_in_process(
             if name in nodes:
                 _spin(executor, nodes, name)
     except ExternalShutdownException:
+        raise KeyboardInterrupt from None
+    except Exception:
+        if rclpy.ok():
+            raise
+        # A signal has shut the context down while a callback ran; what it publishes then fails.
         raise KeyboardInterrupt from None
     finally:
         for node in nodes.values():

@@ -30,7 +30,7 @@ class Recorder(DriveNode):
     Stopped by a signal it closes the file; killed, it loses the last open chunk at most.
     """
 
-    batch_s = 5e-3
+    batch_s = 2e-3
 
     def __init__(self, **options) -> None:
         super().__init__(

@@ -56,7 +56,7 @@ class ReferenceGenerator(DriveNode):
             SETPOINT_LOOKAHEAD if self._follower else GENERATED_LOOKAHEAD
         )
         if not self._follower:  # far ahead of the plant: no hurry
-            self.batch_s = 5e-3
+            self.batch_s = 1e-3
         self._every = self.drive.telemetry_every
         self._rate = self.drive.controller.rate
         self._epoch_ns: int | None = None

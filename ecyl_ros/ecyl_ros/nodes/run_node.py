@@ -11,6 +11,7 @@ from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 
 from ..errors import InputError
 from .drive_node import DriveNode
+from .quiet_signals import quiet_signals
 
 
 def run_node(make: Callable[[], DriveNode], args: Sequence[str] | None = None) -> int:
@@ -19,6 +20,11 @@ def run_node(make: Callable[[], DriveNode], args: Sequence[str] | None = None) -
     0: done or interrupted by a signal. 1: it ended for a reason of its own, such as a lost
     partner. 2: unusable input, said in one line.
     """
+    with quiet_signals():
+        return _run(make, args)
+
+
+def _run(make: Callable[[], DriveNode], args: Sequence[str] | None) -> int:
     node: DriveNode | None = None
     rclpy.init(args=args)
     try:
@@ -34,6 +40,10 @@ def run_node(make: Callable[[], DriveNode], args: Sequence[str] | None = None) -
     except InputError as error:
         print(f"ecyl: {error}", file=sys.stderr)
         return 2
+    except Exception:
+        if rclpy.ok():
+            raise
+        # A signal has shut the context down while a callback ran; what it publishes then fails.
     finally:
         if node is not None:
             node.close()
