@@ -103,7 +103,8 @@ class Plant(DriveNode):
     # --- start ---------------------------------------------------------------------------------
 
     def _partners_missing(self) -> str | None:
-        if self.count_publishers(wire.CONTROL_MEASUREMENT) > 1:
+        # Who has begun stays; who comes second goes.
+        if self._epoch_ns is None and self.count_publishers(wire.CONTROL_MEASUREMENT) > 1:
             self.finish(
                 2,
                 f"another plant publishes {self.resolve_topic_name(wire.CONTROL_MEASUREMENT)}; "
