@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 from ecyl_ros.drive.drive_file import resolve_drive
+from ecyl_ros.nodes.reference import GENERATED_LOOKAHEAD
 from ecyl_ros.recording.reader import read_recording
 
 from .conftest import SINE, ecyl, simulated, start
@@ -92,7 +93,8 @@ def test_a_node_that_is_killed_and_started_again_is_taken_up(victim: str, tmp_pa
     error = abs(recording.rod_position_m - recording.reference_position_m)
     assert np.nanmax(error) < 2e-3
     # A killed reference takes the samples with it that it had told the controller only.
-    assert np.isnan(error).sum() <= (40 if victim == "reference" else 1)
+    ahead = GENERATED_LOOKAHEAD + 2
+    assert np.isnan(error).sum() <= (ahead if victim == "reference" else 1)
 
 
 def test_a_node_alone_says_what_it_waits_for_and_ends() -> None:
@@ -146,7 +148,8 @@ def test_a_stopped_launcher_leaves_no_node_and_a_recording(sent: int, tmp_path: 
     assert len(recording) > 1000
     if sent != signal.SIGKILL:
         assert process.returncode == 130
-        assert not recording.notes
+        # Closed in order: at most the sample on its way at that moment lacks a topic.
+        assert all(" 1 of " in note and "samples missing" in note for note in recording.notes)
 
 
 def test_a_killed_recorder_keeps_its_closed_chunks(tmp_path: Path) -> None:
