@@ -7,7 +7,6 @@ import os
 import signal
 import tempfile
 from pathlib import Path
-from typing import Any
 
 SINE = "sine:amplitude=5e-3,frequency=1"
 
@@ -30,28 +29,28 @@ def run_graph(
     """Run the graph as `ecyl run` does and return the figures in the plant's summary file."""
     from ecyl_ros.drive.drive_file import load_drive, resolve_drive
     from ecyl_ros.drive.warm_up import warm_up
-    from ecyl_ros.nodes.launcher import NODES, NodeProcesses
+    from ecyl_ros.nodes.launcher import NODES, NodeProcesses, node_parameters
 
     path = resolve_drive(profile)
     warm_up(load_drive(path))
     names = tuple(name for name in NODES if recorder or name != "recorder")
     with tempfile.TemporaryDirectory(prefix="ecyl_bench_") as folder:
         summary = Path(folder, "summary.json")
-        timed: dict[str, Any] = {"realtime": realtime, "duration": duration_s}
-        parameters: dict[str, dict[str, Any]] = {
-            "plant": timed | {"summary_file": str(summary)},
-            "controller": {"realtime": realtime},
-            "reference": timed | {"reference": SINE},
-            "analyser": {"realtime": realtime},
-            "recorder": timed | {"out": str(Path(folder, "run.mcap"))},
-        }
+        parameters = node_parameters(
+            SINE,
+            Path(folder, "run.mcap"),
+            summary,
+            duration_s=duration_s,
+            realtime=realtime,
+            recorder=recorder,
+        )
         if in_process:
             from ecyl_ros.nodes.in_process import run_in_process
 
             run_in_process(path, parameters, _nothing, names=names)
             signal.signal(signal.SIGINT, signal.default_int_handler)
         else:
-            with NodeProcesses(path, parameters, nodes=names) as processes:
+            with NodeProcesses(path, parameters, nodes=names, realtime=realtime) as processes:
                 processes.wait(_nothing, True)
         return json.loads(summary.read_text(encoding="utf-8"))
 

@@ -50,19 +50,16 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _run_graph(options: argparse.Namespace, checked: Run, summary: Path) -> None:
-    from ..nodes.launcher import NodeProcesses
+    from ..nodes.launcher import NodeProcesses, node_parameters
 
-    common = {"realtime": options.realtime, "recorder": "recorder"}
-    timed = common | ({"duration": checked.duration_s} if checked.duration_s else {})
-    parameters = {
-        "plant": timed | {"summary_file": str(summary)},
-        "controller": common,
-        "reference": timed | {"reference": checked.spec},
-        "analyser": {"realtime": options.realtime},
-        "recorder": timed
-        | {"recorder": ""}
-        | {"out": str(checked.out), "overwrite": options.overwrite},
-    }
+    parameters = node_parameters(
+        checked.spec,
+        checked.out,
+        summary,
+        duration_s=checked.duration_s,
+        realtime=options.realtime,
+        overwrite=options.overwrite,
+    )
     with progress_bar("running the graph") as bar:
 
         def progress() -> None:

@@ -30,6 +30,33 @@ POLL_S = 0.02
 _PR_SET_PDEATHSIG = 1
 
 
+def node_parameters(
+    reference: str,
+    out: Path,
+    summary: Path,
+    *,
+    duration_s: float | None,
+    realtime: bool = False,
+    overwrite: bool = False,
+    recorder: bool = True,
+) -> dict[str, dict[str, Any]]:
+    """Each node's own parameters for one run of the whole graph.
+
+    reference: SPEC. out: recording to write. summary: where the plant leaves its figures.
+    duration_s: length of the run, None until stopped. recorder: whether there is one to wait for.
+    """
+    common: dict[str, Any] = {"realtime": realtime}
+    recorded = common | ({"recorder": "recorder"} if recorder else {})
+    timed = {"duration": float(duration_s)} if duration_s else {}
+    return {
+        "plant": recorded | timed | {"summary_file": str(summary)},
+        "controller": recorded,
+        "reference": recorded | timed | {"reference": reference},
+        "analyser": common,
+        "recorder": common | timed | {"out": str(out), "overwrite": overwrite},
+    }
+
+
 class GraphError(Exception):
     """A node ended before its time; the message names it."""
 

@@ -6,10 +6,12 @@ import struct
 from functools import partial
 from pathlib import Path
 
+from builtin_interfaces.msg import Time
 from geometry_msgs.msg import Vector3Stamped
 from sensor_msgs.msg import JointState
 
 from ..drive.engine import sample_count
+from ..drive.telemetry import tick_stamp_ns
 from ..errors import InputError
 from ..recording.sequencer import SampleSequencer
 from ..recording.topics import JOINT_STATE, TOPICS, renamed
@@ -56,6 +58,7 @@ class Recorder(DriveNode):
         self._joint_states = names["joint_states"]
         self._last_ns: int | None = None  # stamp of the last sample wanted
         self._seen_last = False
+        self.create_subscription(Time, wire.EPOCH, self._on_epoch, wire.latched())
         for topic in topics:
             self.create_subscription(
                 _CLASSES.get(topic.type, Vector3Stamped),
@@ -65,22 +68,22 @@ class Recorder(DriveNode):
                 raw=True,
             )
 
+    def _on_epoch(self, message: Time) -> None:
+        """A run begins, or has begun: now the stamp of its last sample is known."""
+        if self._samples is not None:
+            last_tick = (self._samples - 1) * self.drive.telemetry_every
+            rate = self.drive.controller.rate
+            self._last_ns = tick_stamp_ns(last_tick, rate, wire.to_ns(message))
+
     def _on_message(self, topic: str, data: bytes) -> None:
         sec, nanosec = (_STAMP_LITTLE if data[1] & 1 else _STAMP_BIG).unpack_from(data, 4)
         self.heard_partner()
         stamp_ns = sec * wire.NANOSECONDS + nanosec
         self._sequencer.put(topic, bytes(data), stamp_ns)
-        if self._samples is None:
-            return
-        if self._last_ns is None and topic == self._joint_states:
-            self._last_ns = stamp_ns + round(
-                (self._samples - 1) * wire.NANOSECONDS / self.drive.sample_rate
-            )
         if self._last_ns is None:
             return
-        # Two stamps rounded apart differ by a nanosecond at most.
-        self._seen_last |= topic == self._joint_states and stamp_ns >= self._last_ns - 1
-        if self._sequencer.released_ns >= self._last_ns - 1:
+        self._seen_last |= topic == self._joint_states and stamp_ns >= self._last_ns
+        if self._sequencer.released_ns >= self._last_ns:
             self.finish(0, f"recorded {self._samples} samples in {self._writer.path}")
 
     def while_waiting(self) -> None:
