@@ -99,8 +99,7 @@ class Controller(DriveNode):
     # --- measurement ---------------------------------------------------------------------------
 
     def _on_measurement(self, message: JointState) -> None:
-        stamp = message.header.stamp
-        stamp_ns = stamp.sec * wire.NANOSECONDS + stamp.nanosec
+        stamp_ns = wire.to_ns(message.header.stamp)
         if self._measurements and stamp_ns <= self._measurements[-1][0]:
             if stamp_ns == self._measurements[-1][0]:
                 return  # said again while it waits here

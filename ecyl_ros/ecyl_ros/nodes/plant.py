@@ -157,12 +157,12 @@ class Plant(DriveNode):
     # --- ticks ---------------------------------------------------------------------------------
 
     def _on_voltage(self, message: Vector3Stamped) -> None:
+        stamp_ns = wire.to_ns(message.header.stamp)
         if self.realtime:
             self._command[:] = message.vector.x, message.vector.y
-            self.timing.command(wire.to_ns(message.header.stamp))
+            self.timing.command(stamp_ns)
             return
-        stamp = message.header.stamp
-        if stamp.sec * wire.NANOSECONDS + stamp.nanosec != self._stamp_ns or self._finished():
+        if stamp_ns != self._stamp_ns or self._finished():
             return  # an answer to a tick that was said twice
         self.heard_partner()
         self._pending[-1, 0] = message.vector.x
