@@ -3,12 +3,22 @@
 from __future__ import annotations
 
 import itertools
+import math
 import os
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
+import rclpy
+from diagnostic_msgs.msg import DiagnosticArray
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Float64
+
+from ecyl_ros.drive.drive_file import resolve_drive
 
 _COUNTER = itertools.count()
 SINE = "sine:amplitude=2e-3,frequency=2"
@@ -38,3 +48,74 @@ def simulated(path: Path, *arguments: object) -> bytes:
     done = ecyl("simulate", *arguments, "--out", path)
     assert done.returncode == 0, done.stderr
     return path.read_bytes()
+
+
+def node(
+    name: str, *parameters: str, drive: str = "bench", domain: int | None = None
+) -> subprocess.Popen:
+    """Start one node as its own process; parameters as `name:=value`."""
+    command = [sys.executable, "-m", "ecyl_ros.nodes.entry", name, "--ros-args"]
+    command += ["--params-file", str(resolve_drive(drive))]
+    for parameter in parameters:
+        command += ["-p", parameter]
+    return subprocess.Popen(
+        command,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        env=os.environ | ({} if domain is None else {"ROS_DOMAIN_ID": str(domain)}),
+    )
+
+
+class Listener(Node):
+    """Keeps the newest joint states and diagnostics, and all tracking errors."""
+
+    def __init__(self) -> None:
+        super().__init__("listener")
+        self.rod = math.nan
+        self.rotor_rate = math.nan
+        self.joints = 0  # joint states so far
+        self.errors: list[float] = []
+        self.statuses: dict[str, dict[str, str]] = {}
+        self.messages: dict[str, str] = {}
+        self.levels: dict[str, bytes] = {}
+        self.setpoint = self.create_publisher(Float64, "/ecyl/setpoint", 10)
+        self.create_subscription(JointState, "/ecyl/joint_states", self._on_joints, 10)
+        self.create_subscription(JointState, "/ecyl/tracking_error", self._on_error, 1000)
+        self.create_subscription(DiagnosticArray, "/diagnostics", self._on_diagnostics, 10)
+
+    def _on_joints(self, message: JointState) -> None:
+        self.joints += 1
+        self.rod = message.position[list(message.name).index("rod")]
+        self.rotor_rate = message.velocity[list(message.name).index("rotor")]
+
+    def _on_error(self, message: JointState) -> None:
+        self.errors.append(message.position[0])
+
+    def _on_diagnostics(self, message: DiagnosticArray) -> None:
+        for status in message.status:
+            self.statuses[status.name] = {item.key: item.value for item in status.values}
+            self.messages[status.name], self.levels[status.name] = status.message, status.level
+
+
+@pytest.fixture
+def listener():
+    """A listening node and a function that spins it until a condition holds."""
+    rclpy.init(args=[])
+    node = Listener()
+    executor = SingleThreadedExecutor()
+    executor.add_node(node)
+
+    def until(condition, seconds: float = 30.0) -> bool:
+        deadline = time.monotonic() + seconds
+        while time.monotonic() < deadline:
+            executor.spin_once(timeout_sec=0.05)
+            if condition():
+                return True
+        return False
+
+    node.until = until
+    yield node
+    executor.shutdown()
+    node.destroy_node()
+    rclpy.try_shutdown()

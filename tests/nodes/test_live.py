@@ -9,66 +9,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import rclpy
-from diagnostic_msgs.msg import DiagnosticArray
 from rcl_interfaces.srv import SetParameters
-from rclpy.executors import SingleThreadedExecutor
-from rclpy.node import Node
 from rclpy.parameter import Parameter
-from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64
 
 from ecyl_ros.analysis.tracking import analyse
 from ecyl_ros.recording.reader import read_recording
 
 from .conftest import SINE, ecyl, start
-
-
-class Listener(Node):
-    """Keeps the newest joint states, tracking error and diagnostics."""
-
-    def __init__(self) -> None:
-        super().__init__("listener")
-        self.rod = math.nan
-        self.errors: list[float] = []
-        self.statuses: dict[str, dict[str, str]] = {}
-        self.setpoint = self.create_publisher(Float64, "/ecyl/setpoint", 10)
-        self.create_subscription(JointState, "/ecyl/joint_states", self._on_joints, 10)
-        self.create_subscription(JointState, "/ecyl/tracking_error", self._on_error, 1000)
-        self.create_subscription(DiagnosticArray, "/diagnostics", self._on_diagnostics, 10)
-
-    def _on_joints(self, message: JointState) -> None:
-        self.rod = message.position[list(message.name).index("rod")]
-
-    def _on_error(self, message: JointState) -> None:
-        self.errors.append(message.position[0])
-
-    def _on_diagnostics(self, message: DiagnosticArray) -> None:
-        for status in message.status:
-            self.statuses[status.name] = {item.key: item.value for item in status.values}
-
-
-@pytest.fixture
-def listener():
-    """A listening node and a function that spins it until a condition holds."""
-    rclpy.init(args=[])
-    node = Listener()
-    executor = SingleThreadedExecutor()
-    executor.add_node(node)
-
-    def until(condition, seconds: float = 30.0) -> bool:
-        deadline = time.monotonic() + seconds
-        while time.monotonic() < deadline:
-            executor.spin_once(timeout_sec=0.05)
-            if condition():
-                return True
-        return False
-
-    node.until = until
-    yield node
-    executor.shutdown()
-    node.destroy_node()
-    rclpy.try_shutdown()
 
 
 def _follow(tmp_path: Path, *flags: str):

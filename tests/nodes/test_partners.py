@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import os
 import signal
-import subprocess
-import sys
 import time
 from pathlib import Path
 
@@ -16,23 +14,7 @@ from ecyl_ros.drive.drive_file import resolve_drive
 from ecyl_ros.nodes.reference import GENERATED_LOOKAHEAD
 from ecyl_ros.recording.reader import read_recording
 
-from .conftest import SINE, ecyl, simulated, start
-
-BENCH = resolve_drive("bench")
-
-
-def _node(name: str, *parameters: str, domain: int | None = None) -> subprocess.Popen:
-    command = [sys.executable, "-m", "ecyl_ros.nodes.entry", name, "--ros-args"]
-    command += ["--params-file", str(BENCH)]
-    for parameter in parameters:
-        command += ["-p", parameter]
-    return subprocess.Popen(
-        command,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-        text=True,
-        env=os.environ | ({} if domain is None else {"ROS_DOMAIN_ID": str(domain)}),
-    )
+from .conftest import SINE, ecyl, node, simulated, start
 
 
 def _children(pid: int) -> list[int]:
@@ -65,11 +47,11 @@ def test_a_node_that_is_killed_and_started_again_is_taken_up(victim: str, tmp_pa
     out = tmp_path / "run.mcap"
     timed = "duration:=1.5"
     nodes = {
-        "recorder": _node("recorder", timed, f"out:={out}"),
-        "analyser": _node("analyser"),
-        "reference": _node("reference", timed, f'reference:="{SINE}"'),
-        "controller": _node("controller"),
-        "plant": _node("plant", timed),
+        "recorder": node("recorder", timed, f"out:={out}"),
+        "analyser": node("analyser"),
+        "reference": node("reference", timed, f'reference:="{SINE}"'),
+        "controller": node("controller"),
+        "plant": node("plant", timed),
     }
     try:
         assert _wait_until(lambda: out.exists() and out.stat().st_size > 0, 60.0)
@@ -79,7 +61,7 @@ def test_a_node_that_is_killed_and_started_again_is_taken_up(victim: str, tmp_pa
         if victim != "analyser":
             time.sleep(1.0)
             assert nodes["plant"].poll() is None  # it waits
-        nodes[victim] = _node(
+        nodes[victim] = node(
             victim, *([timed, f'reference:="{SINE}"'] if victim == "reference" else [])
         )
         assert nodes["plant"].wait(60) == 0
@@ -100,7 +82,7 @@ def test_a_node_that_is_killed_and_started_again_is_taken_up(victim: str, tmp_pa
 def test_a_node_alone_says_what_it_waits_for_and_ends() -> None:
     """Without a partner each node warns, and ends with exit code 1 after `partner_timeout`."""
     nodes = {
-        name: _node(name, "partner_timeout:=6.0", domain=95 + index)
+        name: node(name, "partner_timeout:=6.0", domain=95 + index)
         for index, name in enumerate(("plant", "controller", "reference", "analyser"))
     }
     try:
@@ -121,7 +103,7 @@ def test_a_second_plant_is_refused(tmp_path: Path) -> None:
     try:
         assert _wait_until(lambda: (tmp_path / "a.mcap").exists(), 60.0)
         time.sleep(1.0)
-        second = _node("plant")
+        second = node("plant")
         text, _ = second.communicate(timeout=30)
         assert second.returncode == 2, text
         assert "another plant" in text

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections import deque
 
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from rclpy.clock import Clock, ClockType
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Header
@@ -52,7 +52,6 @@ class Analyser(DriveNode):
         self._gaps = 0
         self._timing: dict[str, str] = {}
         self._error = self.create_publisher(JointState, wire.TRACKING_ERROR, 64)
-        self._diagnostics = self.create_publisher(DiagnosticArray, wire.DIAGNOSTICS, 10)
         self.create_subscription(JointState, wire.REFERENCE, self._on_reference, wire.lossless())
         self.create_subscription(
             JointState, wire.JOINT_STATES, self._on_joint_states, wire.lossless()
@@ -141,15 +140,12 @@ class Analyser(DriveNode):
             **self._timing,
         }
         late = float(self._timing.get("missed_ticks", 0)) > 0
-        status = DiagnosticStatus(
-            level=DiagnosticStatus.WARN if late or self._gaps else DiagnosticStatus.OK,
-            name="ecyl/analyser tracking",
-            hardware_id=self.get_fully_qualified_name(),
-            message=f"rms error {figures.error_rms_m:.3g} m over {figures.duration_s:.3g} s",
-            values=[KeyValue(key=key, value=value) for key, value in values.items()],
+        self.report(
+            DiagnosticStatus.WARN if late or self._gaps else DiagnosticStatus.OK,
+            "analyser tracking",
+            f"rms error {figures.error_rms_m:.3g} m over {figures.duration_s:.3g} s",
+            values,
         )
-        header = Header(stamp=self.get_clock().now().to_msg())
-        self._diagnostics.publish(DiagnosticArray(header=header, status=[status]))
 
     def waiting_for(self) -> str | None:
         """The plant, always."""

@@ -18,7 +18,7 @@ from ..drive.stability import check_stability
 from ..errors import InputError
 from . import wire
 from .drive_node import DriveNode
-from .realtime import with_transport_delay
+from .realtime import watchdog_ns, with_transport_delay
 from .run_node import run_node
 
 BUFFERED_REFERENCES = 4096
@@ -48,9 +48,12 @@ class Controller(DriveNode):
         self._after_ns: int | None = None
         self._references: deque[tuple[int, float, float]] = deque(maxlen=BUFFERED_REFERENCES)
         self._last_reference_ns = -1
+        self._longest_ns = round(1.5 * wire.NANOSECONDS / self.drive.sample_rate)
         self._measurements: deque[tuple[int, JointState]] = deque(maxlen=BUFFERED_TICKS)
         self._answered_ns = -1
+        self._watchdog_ns = watchdog_ns(self._rate)
         self.unreferenced = 0  # real time: ticks for which no reference had come
+        self._unreferenced_seen = 0
 
         scratch = initial_cascade_state()
         self._run_cascade(scratch, 0.0)  # compile, or load from cache, before the first tick
@@ -94,6 +97,8 @@ class Controller(DriveNode):
             self._after_ns, self._after[0], self._after[1] = self._references.popleft()
         if self._before_ns is None or self._after_ns is None:
             return False
+        if self._after_ns - self._before_ns > self._longest_ns:
+            return False  # a reference that began again further on
         return self._before_ns <= stamp_ns < self._after_ns
 
     # --- measurement ---------------------------------------------------------------------------
@@ -114,7 +119,6 @@ class Controller(DriveNode):
 
     def _answer_one(self, stamp_ns: int, joints: JointState) -> bool:
         """Answer one measurement; False if it has to wait for its reference."""
-        self.heard_partner()
         if stamp_ns == self._answered_ns:  # said again: the answer may have been lost
             self._publish(joints.header)
             return True
@@ -122,16 +126,24 @@ class Controller(DriveNode):
             self.get_logger().info("the plant began anew: integrals reset")
             self._state = initial_cascade_state()
             self._before_ns = None
+        elif self.realtime and stamp_ns - self._answered_ns > self._watchdog_ns:
+            self._state = initial_cascade_state()  # meanwhile the plant went its own way
         phase = 0.0
         if self._bracket(stamp_ns) and self._before_ns is not None:
             ticks = round((stamp_ns - self._before_ns) * self._rate / wire.NANOSECONDS)
             phase = ticks / self._every
+            self.heard_partner()
+            if self.resting is not None:
+                self.end_rest("the reference is back")
         elif not self.realtime:
+            self.heard_partner()
             return False  # lockstep waits for the reference
         else:
             self.unreferenced += 1
-            if self._before_ns is None:
+            if self._before_ns is None or self._after_ns is None:
                 return True  # nothing to hold yet
+            if stamp_ns - self._after_ns > self._watchdog_ns and self.resting is None:
+                self._halt()
         measured = self._measured
         measured[0], measured[2], _, _ = joints.position
         measured[1], measured[3], _, _ = joints.velocity
@@ -143,6 +155,15 @@ class Controller(DriveNode):
         if first:
             self.get_logger().info("first measurement answered")
         return True
+
+    def _halt(self) -> None:
+        """Real time, no reference: hold the rod where it was to be last."""
+        self._before[:] = self._after[0], 0.0
+        self._after[1] = 0.0
+        self.rest(
+            f"no reference on {self.resolve_topic_name(wire.CONTROL_REFERENCE)} "
+            f"for {self._watchdog_ns / wire.NANOSECONDS:g} s: position held until it is back"
+        )
 
     def _run_cascade(self, state: np.ndarray, phase: float) -> None:
         cascade_tick(
@@ -171,8 +192,9 @@ class Controller(DriveNode):
     # --- partners and parameters ---------------------------------------------------------------
 
     def waiting_for(self) -> str | None:
-        """The reference while a measurement waits for it, otherwise the plant."""
-        if self._measurements:
+        """The reference while a measurement waits for it or went without, otherwise the plant."""
+        unreferenced, self._unreferenced_seen = self._unreferenced_seen, self.unreferenced
+        if self._measurements or self.unreferenced > unreferenced:
             return "a reference on " + self.resolve_topic_name(wire.CONTROL_REFERENCE)
         return "a plant on " + self.resolve_topic_name(wire.CONTROL_MEASUREMENT)
 

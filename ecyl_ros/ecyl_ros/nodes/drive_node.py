@@ -4,22 +4,26 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any
 
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rcl_interfaces.msg import ParameterDescriptor, SetParametersResult
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.task import Future
+from std_msgs.msg import Header
 
 from ..drive.drive_file import drive_from_flat, drive_to_flat
 from ..drive.parameters import DriveParameters, leaf_fields
 from ..errors import InputError
+from . import wire
 
 WATCH_PERIOD_S = 0.25
 LOOK_PERIOD_S = 0.05
 SAY_AFTER_S = 5.0
+REPORT_PERIOD_S = 1.0
 
 # Parameters every node has beside the drive's: name -> (default, meaning).
 COMMON_PARAMETERS: dict[str, tuple[Any, str]] = {
@@ -57,6 +61,9 @@ class DriveNode(Node):
         self._heard = time.monotonic()
         self.handled = 0  # messages from the partner so far
         self._said = 0.0
+        self.resting: str | None = None  # why the drive is kept at rest while the partner is away
+        self._reported = 0.0  # s of silence at the last report, 0: none since the partner was heard
+        self._diagnostics = self.create_publisher(DiagnosticArray, wire.DIAGNOSTICS, 10)
         self.add_on_set_parameters_callback(self._check_change)
         self._watch = self.create_timer(
             WATCH_PERIOD_S, self._watch_partner, clock=Clock(clock_type=ClockType.STEADY_TIME)
@@ -159,7 +166,9 @@ class DriveNode(Node):
         if silent < WATCH_PERIOD_S:
             if self._said:
                 self.get_logger().info("heard again, going on")
-            self._said = 0.0
+            if self._reported:
+                self._report_partner("heard again")
+            self._said = self._reported = 0.0
             return
         partner = self.waiting_for()  # asks the graph: not while all goes well
         if partner is None or self.done.done():
@@ -172,6 +181,41 @@ class DriveNode(Node):
         elif silent > max(SAY_AFTER_S, 2.0 * self._said):
             self._said = silent
             self.get_logger().warning(f"waiting for {partner} ({silent:.0f} s)")
+        if not self._reported or silent > self._reported + REPORT_PERIOD_S:
+            self._reported = silent
+            self._report_partner(f"waiting for {partner}", {"silent_s": f"{silent:.3g}"})
+
+    def report(
+        self, level: bytes, subject: str, message: str, values: Mapping[str, str] | None = None
+    ) -> None:
+        """Publish a status of this node on `/diagnostics`; subject: what the status is about."""
+        status = DiagnosticStatus(
+            level=level,
+            name=f"ecyl/{subject}",
+            hardware_id=self.get_fully_qualified_name(),
+            message=message,
+            values=[KeyValue(key=key, value=value) for key, value in (values or {}).items()],
+        )
+        header = Header(stamp=self.get_clock().now().to_msg())
+        self._diagnostics.publish(DiagnosticArray(header=header, status=[status]))
+
+    def _report_partner(self, message: str, values: Mapping[str, str] | None = None) -> None:
+        level = DiagnosticStatus.WARN if values else DiagnosticStatus.OK
+        if self.resting is not None:
+            level, message = DiagnosticStatus.ERROR, self.resting
+        self.report(level, f"{self.get_name()} partner", message, values)
+
+    def rest(self, why: str) -> None:
+        """Say that the drive is brought to rest for want of the partner, and why."""
+        self.resting = why
+        self.get_logger().error(why)
+        self._report_partner(why)
+
+    def end_rest(self, why: str) -> None:
+        """Say that the partner is back."""
+        self.resting = None
+        self.get_logger().warning(f"{why}, going on")
+        self._report_partner(why)
 
     def finish(self, code: int, reason: str) -> None:
         """End the node: its main function returns `code` after logging `reason`."""

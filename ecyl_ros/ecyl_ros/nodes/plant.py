@@ -1,7 +1,8 @@
 """The plant node: motor, transmission and load, stepped by the controller's commands.
 
 Lockstep: a tick's measurement goes out, the plant advances when the command for that tick has come.
-Real time: a wall timer sets the pace, the last command is held, late and stale ticks are counted.
+Real time: a wall timer sets the pace, the last command is held, late and stale ticks are counted;
+where no command comes any more, the inverter shorts the windings.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ from pathlib import Path
 
 import numpy as np
 from builtin_interfaces.msg import Time
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from diagnostic_msgs.msg import DiagnosticStatus
 from geometry_msgs.msg import Vector3, Vector3Stamped
 from rclpy.clock import Clock, ClockType
 from rclpy.duration import Duration
@@ -30,7 +31,7 @@ from ..drive.stability import check_stability
 from ..drive.telemetry import joint_values, tick_stamp_ns
 from . import wire
 from .drive_node import DriveNode
-from .realtime import TickTiming, with_transport_delay
+from .realtime import TickTiming, watchdog_ns, with_transport_delay
 from .run_node import run_node
 
 START_DELAY_S = 0.5  # real time: from announcing the epoch to the first tick
@@ -71,6 +72,8 @@ class Plant(DriveNode):
         self._previous_ns = -1
         self._epoch_ns: int | None = None
         self._started = 0.0
+        self._commanded_ns = 0  # real time: stamp of the newest command
+        self._watchdog_ns = watchdog_ns(self._rate)
         self.timing = TickTiming(self._rate)
 
         # Compile, or load from cache, before anybody waits for a tick.
@@ -87,7 +90,6 @@ class Plant(DriveNode):
         self._telemetry_current = self.create_publisher(
             Vector3Stamped, wire.CURRENT, wire.lossless()
         )
-        self._diagnostics = self.create_publisher(DiagnosticArray, wire.DIAGNOSTICS, 10)
         self._clock_publisher = None
         if not self.realtime:
             self._clock_publisher = self.create_publisher(ClockMessage, wire.CLOCK, 10)
@@ -130,6 +132,7 @@ class Plant(DriveNode):
             delay = math.ceil(START_DELAY_S * self._rate) / self._rate
             self._started = time.monotonic() + delay
             self._epoch_ns = self.get_clock().now().nanoseconds + round(delay * 1e9)
+            self._commanded_ns = self._epoch_ns
             self._epoch.publish(wire.to_time(self._epoch_ns))
             self.timing.start(self._started)
         else:
@@ -140,17 +143,20 @@ class Plant(DriveNode):
         self.heard_partner()
 
     def waiting_for(self) -> str | None:
-        """The controller or reference, until they are there and, in lockstep, after every tick."""
+        """The controller or reference until they are there, then the command.
+
+        In lockstep the plant waits after every tick, in real time when none came for long.
+        """
         if self._epoch_ns is None:
             return self._partners_missing()
-        if self.realtime:
+        if self.realtime and self.resting is None:
             return None
         missing = self._partners_missing()
         return missing or "a command on " + self.resolve_topic_name(wire.CONTROL_VOLTAGE)
 
     def while_waiting(self) -> None:
         """Say the tick again: controller or reference may have started anew."""
-        if self._epoch_ns is not None:
+        if self._epoch_ns is not None and not self.realtime:
             self._waiting.publish(wire.to_time(self._stamp_ns))
             self._publish_control()
 
@@ -159,8 +165,7 @@ class Plant(DriveNode):
     def _on_voltage(self, message: Vector3Stamped) -> None:
         stamp_ns = wire.to_ns(message.header.stamp)
         if self.realtime:
-            self._command[:] = message.vector.x, message.vector.y
-            self.timing.command(stamp_ns)
+            self._take_command(stamp_ns, message.vector)
             return
         if stamp_ns != self._stamp_ns or self._finished():
             return  # an answer to a tick that was said twice
@@ -173,6 +178,29 @@ class Plant(DriveNode):
             self._end_run()
         else:
             self._publish_tick()
+
+    def _take_command(self, stamp_ns: int, voltage: Vector3) -> None:
+        """Real time: the newest command holds, unless it answers what is long past."""
+        if self._stamp_ns - stamp_ns > self._watchdog_ns:
+            return  # from a controller that stood still
+        self.heard_partner()
+        self._command[:] = voltage.x, voltage.y
+        self._commanded_ns = stamp_ns
+        self.timing.command(stamp_ns)
+        if self.resting is not None:
+            self.end_rest("the controller's voltage is back")
+
+    def _short_windings(self) -> None:
+        """Real time, no command: 0 V on both axes, so that the motor brakes by its own voltage.
+
+        Holding the last voltage would drive the rod on, an open bridge would let it coast.
+        """
+        self._command[:] = 0.0
+        self.timing.shorted += 1
+        self.rest(
+            f"no voltage on {self.resolve_topic_name(wire.CONTROL_VOLTAGE)} "
+            f"for {self._watchdog_ns / wire.NANOSECONDS:g} s: windings shorted until it is back"
+        )
 
     def _finished(self) -> bool:
         return self._last_tick is not None and self._tick >= self._last_tick
@@ -191,6 +219,8 @@ class Plant(DriveNode):
             # The command of the tick before is due now; one that comes later acts a tick later.
             self.timing.latch(self._previous_ns)
             self._previous_ns = self._stamp_ns
+            if self._stamp_ns - self._commanded_ns > self._watchdog_ns and self.resting is None:
+                self._short_windings()
             self._pending[-1] = self._command
             self._tick += 1
 
@@ -271,15 +301,12 @@ class Plant(DriveNode):
             return
         figures = self._figures(self.timing.running_figures(self._tick) if self.realtime else {})
         self._write_summary(figures)
-        status = DiagnosticStatus(
-            level=DiagnosticStatus.OK,
-            name="ecyl/plant timing",
-            hardware_id=self.get_fully_qualified_name(),
-            message="real time" if self.realtime else "lockstep",
-            values=[KeyValue(key=key, value=f"{value:.6g}") for key, value in figures.items()],
+        self.report(
+            DiagnosticStatus.OK,
+            "plant timing",
+            "real time" if self.realtime else "lockstep",
+            {key: f"{value:.6g}" for key, value in figures.items()},
         )
-        header = Header(stamp=self.get_clock().now().to_msg())
-        self._diagnostics.publish(DiagnosticArray(header=header, status=[status]))
 
     def close(self) -> None:
         """Leave the figures of the whole run."""

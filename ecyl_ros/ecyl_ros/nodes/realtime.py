@@ -12,6 +12,16 @@ from ..drive.parameters import DriveParameters
 MAX_KEPT = 4_000_000  # lateness values kept: an hour at 1 kHz
 RECENT = 1000  # of them, for the figures while running
 
+# How long input may stay away until the drive is brought to rest: what fieldbus drives commonly
+# wait, and more than a hiccup of a desktop's scheduler; at a low control rate some ticks at least.
+WATCHDOG_S = 0.1
+WATCHDOG_TICKS = 5
+
+
+def watchdog_ns(rate: float) -> int:
+    """The watchdog's time at this control rate (Hz), ns."""
+    return round(max(WATCHDOG_S, WATCHDOG_TICKS / rate) * 1e9)
+
 
 def with_transport_delay(drive: DriveParameters, logger) -> DriveParameters:
     """The drive with at least the one tick of delay that a command on a topic has."""
@@ -40,6 +50,7 @@ class TickTiming:
         self.late = 0
         self.stale = 0
         self.missed = 0
+        self.shorted = 0  # times the watchdog took the voltage away
         self.jitter_s = array.array("d")
         self._begin = 0.0
         self._command_ns = -1
@@ -79,6 +90,7 @@ class TickTiming:
             "late_ticks": self.late,
             "stale_ticks": self.stale,
             "missed_ticks": self.missed,
+            "voltage_losses": self.shorted,
             "met_share": 1.0 - self.missed / max(ticks, 1),
             "jitter_p50_s": p50,
             "jitter_p99_s": p99,

@@ -10,7 +10,7 @@ import math
 from collections import deque
 
 from builtin_interfaces.msg import Time
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from diagnostic_msgs.msg import DiagnosticStatus
 from rclpy.clock import Clock, ClockType
 from rclpy.publisher import Publisher
 from sensor_msgs.msg import JointState
@@ -69,7 +69,6 @@ class ReferenceGenerator(DriveNode):
         self._telemetry = self.create_publisher(JointState, wire.REFERENCE, wire.lossless())
         self._publisher: Publisher | None = None  # there when we are ready
         self.when_recorded(wire.REFERENCE, self._be_ready)
-        self._diagnostics = self.create_publisher(DiagnosticArray, wire.DIAGNOSTICS, 10)
         self.create_subscription(Time, wire.EPOCH, self._on_epoch, wire.latched())
         self.create_subscription(Time, wire.WAITING, self._on_waiting, 10)
         self.create_subscription(
@@ -170,15 +169,8 @@ class ReferenceGenerator(DriveNode):
             "setpoints_refused": str(follower.refused),
             "last_refusal": self._last_reason,
         }
-        status = DiagnosticStatus(
-            level=DiagnosticStatus.WARN if follower.refused else DiagnosticStatus.OK,
-            name="ecyl/reference setpoints",
-            hardware_id=self.get_fully_qualified_name(),
-            message=self._last_reason or "following",
-            values=[KeyValue(key=key, value=value) for key, value in values.items()],
-        )
-        header = Header(stamp=self.get_clock().now().to_msg())
-        self._diagnostics.publish(DiagnosticArray(header=header, status=[status]))
+        level = DiagnosticStatus.WARN if follower.refused else DiagnosticStatus.OK
+        self.report(level, "reference setpoints", self._last_reason or "following", values)
 
     def waiting_for(self) -> str | None:
         """The plant, always: it sets the time."""
