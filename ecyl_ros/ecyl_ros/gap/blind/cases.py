@@ -1,0 +1,288 @@
+"""Drawing the cases of a study: balanced over the catalogue, each effect visible, none absurd."""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from ...drive.parameters import DriveParameters
+from ...errors import InputError
+from ...recording.signals import Recording
+from .excitation import FloatArray, draw_reference
+from .imposed import Draw, Imposed, Scale, Values
+from .inside import INSIDE
+from .machine import Run, noise_floor, record_machine, run_machine
+from .nuisances import Nuisances, add_nuisances
+from .outside import OUTSIDE
+from .physics import Physics, nominal_physics
+
+KINDS = ("single", "pair", "none", "outside", "withheld")
+SHARES = {"single": 0.44, "pair": 0.2, "none": 0.2, "outside": 0.1, "withheld": 0.06}
+
+DURATION_S = 12.0
+PEAK_SPEED_RAD_S = 26.0  # of the rotor that a reference may ask for
+VISIBLE = 4.0  # an effect's gap in at least one signal, in noise floors of that signal
+NOMINAL = 1.1  # recorded minus nominal without any effect, in floors, at most this everywhere
+ABSURD = 3.0  # peak speed, current or voltage over the nominal drive's, at most
+DRAWS = 60  # before an effect is called impossible to show on a drive
+
+# Two forms of one friction: a pair of them is one friction of the second form.
+SAME_CAUSE = ({"rotor_coulomb_friction", "stribeck_friction"},)
+
+EFFECTS: dict[str, Imposed] = INSIDE | OUTSIDE
+
+
+@dataclass(frozen=True)
+class Case:
+    """One drawn drive; everything about it follows from these fields and the nominal drive.
+
+    Attributes:
+        index: place in the study.
+        seed: of reference, nuisances, phases and noise.
+        kind: one of `KINDS`.
+        effects: true parameters by effect; empty for `none`.
+        withheld: effects that the diagnosis is not given.
+        gaps: for each effect its own gap (the others in place) in noise floors, by signal.
+    """
+
+    index: int
+    seed: int
+    kind: str
+    effects: dict[str, Values] = field(default_factory=dict)
+    withheld: tuple[str, ...] = ()
+    gaps: dict[str, dict[str, float]] = field(default_factory=dict)
+
+    def label(self) -> dict[str, Any]:
+        """What is sealed: plain data."""
+        return {
+            "index": self.index,
+            "seed": self.seed,
+            "kind": self.kind,
+            "effects": self.effects,
+            "withheld": list(self.withheld),
+            "gaps": self.gaps,
+        }
+
+    @property
+    def blocks(self) -> set[str]:
+        """Where the case's effects act."""
+        return {EFFECTS[name].block for name in self.effects}
+
+
+@dataclass(frozen=True)
+class Stage:
+    """What a case's seed fixes before any effect: motion, the healthy machine, its peaks."""
+
+    reference: tuple[FloatArray, FloatArray]
+    machine: Physics
+    nuisances: Nuisances
+    scale: Scale
+    healthy: Run
+
+    @classmethod
+    def of(cls, seed: int, drive: DriveParameters) -> Stage:
+        """Draw reference and nuisances; nuisances that a nominal model would notice are redrawn."""
+        rng = np.random.default_rng([seed, 0])
+        tick_s = 1.0 / drive.controller.rate
+        speed = min(PEAK_SPEED_RAD_S * drive.transmission.rod_per_rotor, drive.limits.speed)
+        reference = draw_reference(rng, DURATION_S, tick_s, speed)
+        plain = Nuisances(max(1, round(tick_s / 1e-5)), 0.0, 0.0, 0, 0)
+        nominal = run_machine(nominal_physics(drive), plain, drive, reference)
+        if not nominal.finite:
+            raise InputError("the drive is unstable with its nominal parameters; no case drawn")
+        scale = _scale(nominal, drive)
+        floor = noise_floor(drive)
+        for _ in range(DRAWS):
+            machine, nuisances = add_nuisances(nominal_physics(drive), drive, scale.torque_nm, rng)
+            recorded = record_machine(machine, nuisances, drive, reference)
+            gap = {name: _rms(recorded.signal(name) - nominal.signals[name]) for name in floor}
+            if all(gap[name] <= NOMINAL * floor[name] for name in floor):
+                healthy = run_machine(machine, nuisances, drive, reference)
+                return cls(reference, machine, nuisances, scale, healthy)
+        raise InputError(
+            f"no machine within {NOMINAL:g} noise floors of the nominal model in {DRAWS} draws; "
+            "expected a drive file with the sensors' noise in it"
+        )
+
+    def with_effects(self, effects: dict[str, Values], seed: int) -> Physics:
+        """The healthy machine with effects on it."""
+        machine = replace(self.machine)
+        for name, values in effects.items():
+            phases = np.random.default_rng([seed, zlib.crc32(name.encode())])
+            EFFECTS[name].impose(machine, values, phases.uniform(0.0, 2.0 * np.pi, size=2))
+        return machine
+
+
+def _rms(values: FloatArray) -> float:
+    return float(np.sqrt(np.mean(np.square(values))))
+
+
+def _peak(values: FloatArray) -> float:
+    return float(np.max(np.abs(values)))
+
+
+def _scale(run: Run, drive: DriveParameters) -> Scale:
+    current = _peak(run.signals["current_q_a"])
+    return Scale(
+        torque_nm=drive.motor.torque_constant * current,
+        current_a=current,
+        voltage_v=_peak(run.signals["voltage_q_v"]),
+        speed_rad_s=_peak(run.signals["rotor_velocity_rad_per_s"]),
+        stroke_m=_peak(run.signals["rod_position_m"]),
+    )
+
+
+def _absurd(run: Run, stage: Stage) -> bool:
+    """Whether the machine runs away, or does what nobody would record."""
+    if not run.finite:
+        return True
+    names = ("rotor_velocity_rad_per_s", "current_q_a", "voltage_q_v", "rod_position_m")
+    return any(_peak(run.signals[n]) > ABSURD * _peak(stage.healthy.signals[n]) for n in names)
+
+
+def _gaps(run: Run, other: Run, floor: dict[str, float]) -> dict[str, float]:
+    return {name: _rms(run.signals[name] - other.signals[name]) / floor[name] for name in floor}
+
+
+def draw_effects(
+    names: Iterable[str], seed: int, drive: DriveParameters
+) -> tuple[dict[str, Values], dict[str, dict[str, float]]]:
+    """(parameters, gaps) of named effects on the machine of `seed`, redrawn until all are visible.
+
+    An effect is visible if taking it alone out of the machine changes some signal by `VISIBLE`
+    noise floors. Raises InputError naming the effects where no draw shows them.
+    """
+    names = list(names)
+    if not names:
+        return {}, {}
+    stage, floor = Stage.of(seed, drive), noise_floor(drive)
+    rng = np.random.default_rng([seed, 1])
+
+    def run(effects: dict[str, Values]) -> Run:
+        if not effects:
+            return stage.healthy
+        machine = stage.with_effects(effects, seed)
+        return run_machine(machine, stage.nuisances, drive, stage.reference)
+
+    for _ in range(DRAWS):
+        draw = Draw(rng, drive, stage.scale)
+        effects = {name: EFFECTS[name].draw(draw) for name in names}
+        complete = run(effects)
+        if _absurd(complete, stage):
+            continue
+        gaps = {}
+        for name in names:
+            rest = {other: values for other, values in effects.items() if other != name}
+            gaps[name] = _gaps(complete, run(rest), floor)
+        if all(max(gap.values()) >= VISIBLE for gap in gaps.values()):
+            return effects, gaps
+    raise InputError(f"{' with '.join(names)}: no visible and sane size in {DRAWS} draws")
+
+
+def _rounds(names: list[str], rng: np.random.Generator) -> Iterable[str]:
+    """Every name once in random order, then again: equally often however many are taken."""
+    while True:
+        yield from (names[index] for index in rng.permutation(len(names)))
+
+
+def plan_cases(
+    count: int,
+    seed: int,
+    *,
+    kinds: tuple[str, ...] = KINDS,
+    effects: tuple[str, ...] | None = None,
+) -> list[Case]:
+    """Cases without parameters: kinds in their shares, effects equally often, in mixed order.
+
+    effects: limits single, withheld, outside and pair cases to these names (a pair then takes its
+    second effect from the whole catalogue).
+    """
+    rng = np.random.default_rng([seed, count])
+    inside = [name for name in INSIDE if effects is None or name in effects]
+    outside = [name for name in OUTSIDE if effects is None or name in effects]
+    usable = [
+        kind
+        for kind in KINDS
+        if kind in kinds
+        and (kind == "none" or (outside if kind == "outside" else inside))
+        and not (kind == "none" and effects is not None and "none" not in kinds)
+    ]
+    if not usable:
+        raise InputError("no case is left: the kinds asked for hold none of the effects asked for")
+    singles, firsts, withheld = (_rounds(inside, rng) for _ in range(3))
+    seconds, strangers = _rounds(list(INSIDE), rng), _rounds(outside, rng)
+    total = sum(SHARES[kind] for kind in usable)
+    wanted = {kind: SHARES[kind] / total * count for kind in usable}
+    numbers = {kind: int(wanted[kind]) for kind in usable}
+    for kind in sorted(usable, key=lambda kind: numbers[kind] - wanted[kind]):
+        if sum(numbers.values()) < count:
+            numbers[kind] += 1
+    order = rng.permutation([kind for kind in usable for _ in range(numbers[kind])])
+    cases = []
+    for index, kind in enumerate(str(one) for one in order):
+        names: list[str] = []
+        if kind == "single":
+            names = [next(iter(singles))]
+        elif kind == "withheld":
+            names = [next(iter(withheld))]
+        elif kind == "outside":
+            names = [next(iter(strangers))]
+        elif kind == "pair":
+            first = next(iter(firsts))
+            second = next(
+                name for name in seconds if name != first and {first, name} not in SAME_CAUSE
+            )
+            names = [first, second]
+        cases.append(
+            Case(
+                index=index,
+                seed=int(rng.integers(2**31)),
+                kind=kind,
+                effects={name: {} for name in names},
+                withheld=tuple(names) if kind == "withheld" else (),
+            )
+        )
+    return cases
+
+
+def complete_case(case: Case, drive: DriveParameters) -> Case:
+    """The planned case with parameters drawn so that its effects are visible."""
+    for attempt in range(5):  # another motion where this one shows the effects at no sane size
+        seed = case.seed + attempt
+        try:
+            effects, gaps = draw_effects(case.effects, seed, drive)
+        except InputError:
+            if attempt == 4:
+                raise
+        else:
+            return replace(case, seed=seed, effects=effects, gaps=gaps)
+    raise AssertionError("unreachable")
+
+
+def draw_cases(
+    count: int,
+    seed: int,
+    drive: DriveParameters,
+    *,
+    kinds: tuple[str, ...] = KINDS,
+    effects: tuple[str, ...] | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> list[Case]:
+    """Draw a study: the same count and seed give the same cases."""
+    cases = []
+    for planned in plan_cases(count, seed, kinds=kinds, effects=effects):
+        cases.append(complete_case(planned, drive))
+        if progress is not None:
+            progress(len(cases) / count)
+    return cases
+
+
+def record_case(case: Case, drive: DriveParameters) -> Recording:
+    """The recording of a case's machine."""
+    stage = Stage.of(case.seed, drive)
+    machine = stage.with_effects(case.effects, case.seed)
+    return record_machine(machine, stage.nuisances, drive, stage.reference)
