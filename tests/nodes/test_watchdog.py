@@ -139,6 +139,17 @@ def test_without_reference_for_good_controller_and_plant_end(graph, listener) ->
         assert why in text and "gave up waiting for" in text
 
 
+def test_a_lost_listener_does_not_hold_up_the_drive(graph, listener) -> None:
+    """Analyser killed: for as long as DDS misses it, the plant loses no voltage."""
+    graph.start("analyser")
+    assert listener.until(lambda: len(listener.errors) > 100)
+    graph.lose("analyser")
+    heard = listener.joints
+    assert listener.until(lambda: listener.joints > heard + 3000)
+    text = graph.end("plant")
+    assert "windings shorted" not in text
+
+
 def test_without_plant_the_others_end(graph, listener) -> None:
     """Plant killed: controller, reference and analyser say so and end with a reason."""
     graph.start("analyser")

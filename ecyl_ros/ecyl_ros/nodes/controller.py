@@ -58,7 +58,9 @@ class Controller(DriveNode):
         scratch = initial_cascade_state()
         self._run_cascade(scratch, 0.0)  # compile, or load from cache, before the first tick
 
-        self._telemetry = self.create_publisher(Vector3Stamped, wire.VOLTAGE, wire.lossless())
+        self._telemetry = self.create_publisher(
+            Vector3Stamped, wire.VOLTAGE, wire.telemetry(self.realtime)
+        )
         self._commands: Publisher | None = None  # there when we are ready
         self.when_recorded(wire.VOLTAGE, self._be_ready)
         self.create_subscription(

@@ -86,10 +86,9 @@ class Plant(DriveNode):
         )
         self._epoch = self.create_publisher(Time, wire.EPOCH, wire.latched())
         self._waiting = self.create_publisher(Time, wire.WAITING, 10)
-        self._telemetry = self.create_publisher(JointState, wire.JOINT_STATES, wire.lossless())
-        self._telemetry_current = self.create_publisher(
-            Vector3Stamped, wire.CURRENT, wire.lossless()
-        )
+        telemetry = wire.telemetry(self.realtime)
+        self._telemetry = self.create_publisher(JointState, wire.JOINT_STATES, telemetry)
+        self._telemetry_current = self.create_publisher(Vector3Stamped, wire.CURRENT, telemetry)
         self._clock_publisher = None
         if not self.realtime:
             self._clock_publisher = self.create_publisher(ClockMessage, wire.CLOCK, 10)

@@ -66,7 +66,9 @@ class ReferenceGenerator(DriveNode):
 
         self._ahead: deque[JointState] = deque()  # said to the controller, not yet as telemetry
 
-        self._telemetry = self.create_publisher(JointState, wire.REFERENCE, wire.lossless())
+        self._telemetry = self.create_publisher(
+            JointState, wire.REFERENCE, wire.telemetry(self.option("realtime"))
+        )
         self._publisher: Publisher | None = None  # there when we are ready
         self.when_recorded(wire.REFERENCE, self._be_ready)
         self.create_subscription(Time, wire.EPOCH, self._on_epoch, wire.latched())

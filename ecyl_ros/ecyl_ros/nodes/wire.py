@@ -56,6 +56,14 @@ def lossless() -> QoSProfile:
     )
 
 
+def telemetry(realtime: bool) -> QoSProfile:
+    """Of a telemetry publisher: nothing dropped in lockstep, never held up in real time.
+
+    A publisher that keeps all stands still while a subscriber that was killed is missed: 10 s.
+    """
+    return QoSProfile(depth=1000) if realtime else lossless()
+
+
 def control() -> QoSProfile:
     """Reliable with a short queue: plant and controller answer each other tick by tick."""
     return QoSProfile(depth=16, reliability=ReliabilityPolicy.RELIABLE)
