@@ -25,6 +25,7 @@ setup(
         "numpy>=1.26",
         "scipy>=1.11",
         "numba>=0.59",
+        "joblib>=1.3",
         "mcap>=1.5",
         "mcap-ros2-support>=0.5",
         "rosbags>=0.10",

@@ -18,6 +18,7 @@ VERBS = {
     "simulate": "the same run on the engine alone, without a graph",
     "analyse": "tracking figures, spectrum and IMFs of a recording",
     "replay": "publish a recording again with its own timing",
+    "blind": "sealed drives diagnosed without their labels, then opened and scored",
 }
 
 

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import zlib
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
+from joblib import Parallel, delayed
 
 from ...drive.parameters import DriveParameters
 from ...errors import InputError
@@ -21,7 +22,7 @@ from .outside import OUTSIDE
 from .physics import Physics, nominal_physics
 
 KINDS = ("single", "pair", "none", "outside", "withheld")
-SHARES = {"single": 0.44, "pair": 0.2, "none": 0.2, "outside": 0.1, "withheld": 0.06}
+SHARES = {"single": 0.47, "pair": 0.2, "none": 0.2, "outside": 0.08, "withheld": 0.05}
 
 DURATION_S = 12.0
 PEAK_SPEED_RAD_S = 26.0  # of the rotor that a reference may ask for
@@ -66,6 +67,16 @@ class Case:
             "withheld": list(self.withheld),
             "gaps": self.gaps,
         }
+
+    @classmethod
+    def from_label(cls, label: dict[str, Any]) -> Case:
+        """The case of which `label` is the label."""
+        return cls(**{**label, "withheld": tuple(label["withheld"])})
+
+    @property
+    def nameable(self) -> set[str]:
+        """Effects of the case that its diagnosis was given."""
+        return {name for name in self.effects if name in INSIDE and name not in self.withheld}
 
     @property
     def blocks(self) -> set[str]:
@@ -183,7 +194,7 @@ def draw_effects(
     raise InputError(f"{' with '.join(names)}: no visible and sane size in {DRAWS} draws")
 
 
-def _rounds(names: list[str], rng: np.random.Generator) -> Iterable[str]:
+def _rounds(names: list[str], rng: np.random.Generator) -> Iterator[str]:
     """Every name once in random order, then again: equally often however many are taken."""
     while True:
         yield from (names[index] for index in rng.permutation(len(names)))
@@ -195,58 +206,64 @@ def plan_cases(
     *,
     kinds: tuple[str, ...] = KINDS,
     effects: tuple[str, ...] | None = None,
+    without: tuple[str, ...] = (),
 ) -> list[Case]:
     """Cases without parameters: kinds in their shares, effects equally often, in mixed order.
 
-    effects: limits single, withheld, outside and pair cases to these names (a pair then takes its
-    second effect from the whole catalogue).
+    Args:
+        count: cases.
+        seed: the same count and seed give the same cases.
+        kinds: of these kinds alone, in the same proportion to each other.
+        effects: cases of these effects alone; the second effect of a pair is any.
+        without: effects that no diagnosis of this study is given; only withheld cases hold them.
     """
     rng = np.random.default_rng([seed, count])
-    inside = [name for name in INSIDE if effects is None or name in effects]
-    outside = [name for name in OUTSIDE if effects is None or name in effects]
-    usable = [
-        kind
-        for kind in KINDS
-        if kind in kinds
-        and (kind == "none" or (outside if kind == "outside" else inside))
-        and not (kind == "none" and effects is not None and "none" not in kinds)
-    ]
+    chosen = [name for name in EFFECTS if effects is None or name in effects]
+    inside = [name for name in chosen if name in INSIDE and name not in without]
+    outside = [name for name in chosen if name in OUTSIDE]
+    withheld = [name for name in chosen if name in INSIDE and (not without or name in without)]
+    names_of = {"single": inside, "pair": inside, "outside": outside, "withheld": withheld}
+    usable = [kind for kind in KINDS if kind in kinds and (kind == "none" or names_of[kind])]
     if not usable:
-        raise InputError("no case is left: the kinds asked for hold none of the effects asked for")
-    singles, firsts, withheld = (_rounds(inside, rng) for _ in range(3))
-    seconds, strangers = _rounds(list(INSIDE), rng), _rounds(outside, rng)
-    total = sum(SHARES[kind] for kind in usable)
-    wanted = {kind: SHARES[kind] / total * count for kind in usable}
-    numbers = {kind: int(wanted[kind]) for kind in usable}
-    for kind in sorted(usable, key=lambda kind: numbers[kind] - wanted[kind]):
-        if sum(numbers.values()) < count:
-            numbers[kind] += 1
-    order = rng.permutation([kind for kind in usable for _ in range(numbers[kind])])
+        raise InputError(
+            f"no case is left of --kinds {','.join(kinds)} with the effects asked for; "
+            "expected x_ effects for outside, the catalogue's for the others"
+        )
+    rounds = {kind: _rounds(names, rng) for kind, names in names_of.items()}
+    partners = _rounds([name for name in INSIDE if name not in without], rng)
     cases = []
-    for index, kind in enumerate(str(one) for one in order):
-        names: list[str] = []
-        if kind == "single":
-            names = [next(iter(singles))]
-        elif kind == "withheld":
-            names = [next(iter(withheld))]
-        elif kind == "outside":
-            names = [next(iter(strangers))]
-        elif kind == "pair":
-            first = next(iter(firsts))
-            second = next(
-                name for name in seconds if name != first and {first, name} not in SAME_CAUSE
+    for index, kind in enumerate(_kinds(count, usable, rng)):
+        names = [] if kind == "none" else [next(rounds[kind])]
+        if kind == "pair":
+            names.append(
+                next(
+                    name
+                    for name in partners
+                    if name != names[0] and {names[0], name} not in SAME_CAUSE
+                )
             )
-            names = [first, second]
+        hidden = set(without) | (set(names) if kind == "withheld" else set())
         cases.append(
             Case(
                 index=index,
                 seed=int(rng.integers(2**31)),
                 kind=kind,
                 effects={name: {} for name in names},
-                withheld=tuple(names) if kind == "withheld" else (),
+                withheld=tuple(sorted(hidden)),
             )
         )
     return cases
+
+
+def _kinds(count: int, usable: list[str], rng: np.random.Generator) -> list[str]:
+    """A kind for each case: in the shares of `SHARES`, largest remainders rounded up, mixed."""
+    total = sum(SHARES[kind] for kind in usable)
+    wanted = {kind: SHARES[kind] / total * count for kind in usable}
+    numbers = {kind: int(wanted[kind] + 1e-9) for kind in usable}
+    by_remainder = sorted(usable, key=lambda kind: numbers[kind] - wanted[kind])
+    for kind in by_remainder[: count - sum(numbers.values())]:
+        numbers[kind] += 1
+    return [str(kind) for kind in rng.permutation([k for k in usable for _ in range(numbers[k])])]
 
 
 def complete_case(case: Case, drive: DriveParameters) -> Case:
@@ -270,12 +287,21 @@ def draw_cases(
     *,
     kinds: tuple[str, ...] = KINDS,
     effects: tuple[str, ...] | None = None,
+    without: tuple[str, ...] = (),
+    workers: int = 1,
     progress: Callable[[float], None] | None = None,
 ) -> list[Case]:
-    """Draw a study: the same count and seed give the same cases."""
+    """Draw a study; arguments as in `plan_cases`.
+
+    workers: processes. progress: called with the share done, 0 to 1.
+    """
+    plan = plan_cases(count, seed, kinds=kinds, effects=effects, without=without)
+    done = Parallel(n_jobs=min(workers, count), return_as="generator")(
+        delayed(complete_case)(case, drive) for case in plan
+    )
     cases = []
-    for planned in plan_cases(count, seed, kinds=kinds, effects=effects):
-        cases.append(complete_case(planned, drive))
+    for case in done:
+        cases.append(case)
         if progress is not None:
             progress(len(cases) / count)
     return cases

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ...drive.parameters import DriveParameters
 from .imposed import Draw, Imposed, Values
 from .physics import Physics
 
@@ -253,5 +254,26 @@ _EFFECTS = [
         _adding(actuation_delay_s="delay_s"),
     ),
 ]
+
+# Parameters that count something: right or wrong, no error in percent.
+COUNTS = frozenset({"periods_per_rev", "periods_per_screw_rev"})
+
+
+def nominal_values(drive: DriveParameters) -> dict[tuple[str, str], float]:
+    """What the nominal model holds for (effect, parameter) where it holds anything, SI."""
+    motor, transmission, control = drive.motor, drive.transmission, drive.controller
+    return {
+        ("rotor_inertia_error", "inertia_kg_m2"): motor.rotor_inertia,
+        ("torque_constant_error", "torque_constant_nm_per_a"): motor.torque_constant,
+        ("back_emf_error", "back_emf_v_s_per_rad"): motor.back_emf_constant,
+        ("resistance_error", "resistance_ohm"): motor.resistance,
+        ("voltage_limit", "voltage_v"): control.voltage_limit,
+        ("current_limit", "current_a"): control.current_limit,
+        ("backlash_error", "backlash_rad"): transmission.backlash,
+        ("stiffness_error", "stiffness_nm_per_rad"): transmission.stiffness[0],
+        ("lead_error", "lead_m"): transmission.lead,
+        ("load_inertia_error", "inertia_kg_m2"): drive.load.inertia,
+    }
+
 
 INSIDE: dict[str, Imposed] = {effect.name: effect for effect in _EFFECTS}

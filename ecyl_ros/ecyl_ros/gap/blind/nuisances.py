@@ -48,7 +48,7 @@ def add_nuisances(
         contact_damping=physics.contact_damping * off(1.5e-2),
         stiffness=tuple(value * off(4e-3) for value in physics.stiffness),
         half_backlash=physics.half_backlash * off(2e-4),
-        dead_time_transition_a=float(rng.uniform(0.005, 0.04)),
+        dead_time_transition_a=float(10.0 ** rng.uniform(-2.0, -0.9)),
         pwm_step_v=float(rng.choice([0.0, 1.0, 2.0]) * 1e-3),
         rotor_coulomb=2e-5 * peak_torque * rng.uniform(0.0, 1.0),
         second_cogging_nm=8e-5 * peak_torque * rng.uniform(0.0, 1.0),

@@ -1,0 +1,111 @@
+"""The study loop: record each case's machine, diagnose it without its label, keep what was said."""
+
+from __future__ import annotations
+
+import json
+import time
+import traceback
+from collections.abc import Callable, Iterable
+from dataclasses import asdict, dataclass, field
+from typing import Any
+
+from joblib import Parallel, delayed
+
+from ...drive.parameters import DriveParameters
+from .baselines import BASELINES
+from .cases import Case, record_case
+from .subject import Subject
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What was said of one case.
+
+    Attributes:
+        index: of the case.
+        diagnosis: as in section 4 of the contract; None where it failed.
+        error: why it failed, one line; None where it did not.
+        seconds: the diagnosis took.
+        baselines: by name, {"named": [effect, ...], "seconds": s}; empty where none ran.
+    """
+
+    index: int
+    diagnosis: dict[str, Any] | None
+    error: str | None
+    seconds: float
+    baselines: dict[str, dict[str, Any]] = field(default_factory=dict)
+
+    def as_json(self) -> dict[str, Any]:
+        """Plain data; `Outcome(**data)` is the way back."""
+        return asdict(self)
+
+    @property
+    def causes(self) -> list[dict[str, Any]]:
+        """The causes named, in the order listed."""
+        return list(self.diagnosis["causes"]) if self.diagnosis else []
+
+    @property
+    def named(self) -> list[str]:
+        """Their effects."""
+        return [cause["effect"] for cause in self.causes]
+
+
+def examine(case: Case, drive: DriveParameters, subject: Subject, baselines: bool) -> Outcome:
+    """Record the case and have it diagnosed; a diagnosis that raises is an outcome, too.
+
+    The subject sees the recording, the nominal drive and what it must leave out, nothing else.
+    """
+    recording = record_case(case, drive)
+    said, error = None, None
+    begin = time.perf_counter()
+    try:
+        said = subject(recording, drive, frozenset(case.withheld))
+        said = json.loads(json.dumps(said, allow_nan=False))  # what cannot be written is no answer
+        _check(said)
+    except Exception as failure:  # whatever it is, it must not end the study
+        last = traceback.extract_tb(failure.__traceback__)[-1]
+        place = f"{last.filename.rsplit('/', 1)[-1]}:{last.lineno}"
+        said, error = None, f"{type(failure).__name__} at {place}: {failure}"
+    seconds = time.perf_counter() - begin
+    others = {}
+    for name, baseline in BASELINES.items() if baselines else ():
+        begin = time.perf_counter()
+        named = baseline(recording, drive)
+        others[name] = {"named": named, "seconds": time.perf_counter() - begin}
+    return Outcome(case.index, said, error, seconds, others)
+
+
+def _check(said: dict[str, Any]) -> None:
+    """Raise ValueError where a diagnosis lacks what is scored."""
+    for key in ("verdict", "location", "causes", "gap"):
+        if key not in said:
+            raise ValueError(f"the diagnosis has no {key!r}")
+    for cause in said["causes"]:
+        for key in ("effect", "confidence", "parameters"):
+            if key not in cause:
+                raise ValueError(f"a cause has no {key!r}")
+
+
+def run_study(
+    cases: Iterable[Case],
+    drive: DriveParameters,
+    subject: Subject,
+    *,
+    baselines: bool = True,
+    workers: int = 2,
+    on_outcome: Callable[[Outcome], None] | None = None,
+) -> list[Outcome]:
+    """Examine all cases in `workers` processes; outcomes in the order of the cases.
+
+    on_outcome: called with each outcome as it comes, in any order.
+    """
+    cases = list(cases)
+    came = Parallel(n_jobs=min(workers, max(1, len(cases))), return_as="generator_unordered")(
+        delayed(examine)(case, drive, subject, baselines) for case in cases
+    )
+    outcomes = {}
+    for outcome in came:
+        outcomes[outcome.index] = outcome
+        if on_outcome is not None:
+            on_outcome(outcome)
+    return [outcomes[case.index] for case in cases]

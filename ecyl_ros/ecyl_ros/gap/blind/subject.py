@@ -1,0 +1,21 @@
+"""The diagnosis under study, behind one function: a recording and a nominal drive in, JSON out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from ...drive.parameters import DriveParameters
+from ...recording.signals import Recording
+
+# (recording, drive, effects left out of the catalogue) -> section 4 of the contract as a dict.
+Subject = Callable[[Recording, DriveParameters, frozenset[str]], dict[str, Any]]
+
+
+def product_diagnosis(
+    recording: Recording, drive: DriveParameters, without: frozenset[str]
+) -> dict[str, Any]:
+    """What `ecyl diagnose` says, as JSON-ready data."""
+    from ..diagnose import diagnose
+
+    return diagnose(recording, drive, without=without).as_json()
