@@ -97,6 +97,12 @@ class Stage:
     @classmethod
     def of(cls, seed: int, drive: DriveParameters) -> Stage:
         """Draw reference and nuisances; nuisances that a nominal model would notice are redrawn."""
+        for sensor in ("rotor_position", "rotor_velocity", "current", "rod_position"):
+            if getattr(drive.sensors, f"{sensor}_noise") <= 0.0:
+                raise InputError(
+                    f"sensors.{sensor}_noise is 0, expected the drive's own noise: effects are "
+                    "drawn and judged against it"
+                )
         rng = np.random.default_rng([seed, 0])
         tick_s = 1.0 / drive.controller.rate
         speed = min(PEAK_SPEED_RAD_S * drive.transmission.rod_per_rotor, drive.limits.speed)
@@ -115,8 +121,8 @@ class Stage:
                 healthy = run_machine(machine, nuisances, drive, reference)
                 return cls(reference, machine, nuisances, scale, healthy)
         raise InputError(
-            f"no machine within {NOMINAL:g} noise floors of the nominal model in {DRAWS} draws; "
-            "expected a drive file with the sensors' noise in it"
+            f"no machine within {NOMINAL:g} noise floors of the nominal model in {DRAWS} draws: "
+            "the sensors' noise in the drive file is too small for its other values"
         )
 
     def with_effects(self, effects: dict[str, Values], seed: int) -> Physics:

@@ -1,0 +1,319 @@
+"""The study around a diagnosis: what it sees, what becomes of failures, how answers are scored."""
+
+from __future__ import annotations
+
+import json
+import math
+
+import numpy as np
+import pytest
+
+from ecyl_ros.cli.main import main
+from ecyl_ros.drive.drive_file import load_drive
+from ecyl_ros.errors import InputError
+from ecyl_ros.gap.blind import subject as subject_module
+from ecyl_ros.gap.blind.baselines import best_swap, fit_all
+from ecyl_ros.gap.blind.cases import Case, complete_case, record_case
+from ecyl_ros.gap.blind.journal import Journal
+from ecyl_ros.gap.blind.score import calibration, confusion, figures, parameter_errors, report
+from ecyl_ros.gap.blind.study import Outcome, examine, run_study
+
+DRIVE = load_drive("bench")
+
+SINGLE = Case(0, 1, "single", {"backlash_error": {"backlash_rad": 0.01}})
+PAIR = Case(
+    1,
+    2,
+    "pair",
+    {"spring_load": {"stiffness_n_per_m": 5e4}, "resistance_error": {"resistance_ohm": 1.0}},
+)
+NONE = Case(2, 3, "none")
+OUTSIDE = Case(3, 4, "outside", {"x_local_jam": {"coulomb_nm": 0.5}})
+WITHHELD = Case(4, 5, "withheld", {"lead_error": {"lead_m": 0.0201}}, ("lead_error",))
+CASES = [SINGLE, PAIR, NONE, OUTSIDE, WITHHELD]
+BLOCKS = {
+    "backlash_error": "transmission",
+    "spring_load": "load",
+    "resistance_error": "motor_electrical",
+    "x_local_jam": "load",
+    "lead_error": "transmission",
+}
+
+
+def _said(effects, *, block=None, verdict="explained", confidence=0.95, shrink=0.99, factor=1.0):
+    """A diagnosis that names effects with their parameters times `factor`."""
+    return {
+        "schema": "ecyl.diagnosis/1",
+        "verdict": verdict,
+        "location": {"block": block},
+        "causes": [
+            {
+                "effect": name,
+                "confidence": confidence,
+                "parameters": {
+                    key: {"value": factor * value, "ci95": [0.9 * value, 1.1 * value]}
+                    for key, value in values.items()
+                },
+                "shrink": shrink,
+                "alternatives": [],
+            }
+            for name, values in effects.items()
+        ],
+        "gap": {"before": 1.0, "after": 0.1, "floor": 0.1, "shrink": shrink, "held_out": True},
+    }
+
+
+def _perfect(case):
+    if case.kind == "none":
+        return _said({}, verdict="no_gap", shrink=0.0)
+    block = BLOCKS[next(iter(case.effects))]
+    if case.nameable:
+        return _said(case.effects, block=block, factor=1.01)
+    return _said({}, block=block, verdict="unexplained", shrink=0.0)
+
+
+def _outcome(case, said, error=None):
+    return Outcome(case.index, said, error, 2.0)
+
+
+def _figures(pairs):
+    return {figure.name: figure for figure in figures(pairs, DRIVE)}
+
+
+def test_a_perfect_diagnosis_meets_every_figure() -> None:
+    """Every figure that is wanted is met, and the error is the 1 % it was given."""
+    found = _figures([(case, _outcome(case, _perfect(case))) for case in CASES])
+    assert all(figure.met for figure in found.values() if figure.wanted is not None)
+    assert found["parameter error, median"].value == pytest.approx(0.01)
+    assert found["single: named first"].count == 1
+    assert found["not in catalogue: no wrong cause"].count == 2
+
+
+def test_a_diagnosis_that_always_names_one_cause_is_found_out() -> None:
+    """Naming backlash everywhere is right once, a false alarm once, wrong twice, uncalibrated."""
+    said = _said({"backlash_error": {"backlash_rad": 0.01}}, block="transmission")
+    pairs = [(case, _outcome(case, said)) for case in CASES]
+    found = _figures(pairs)
+    assert found["single: named first"].right == 1
+    assert found["pair: both named"].right == 0
+    assert found["no gap: no false alarm"].right == 0
+    assert found["not in catalogue: no wrong cause"].right == 0
+    assert found["right of those at 0.9 or surer"].right == 1
+    assert found["right of those at 0.9 or surer"].count == 5
+    bins = [part for part in calibration(pairs) if part["count"]]
+    assert len(bins) == 1
+    assert bins[0]["right"] == pytest.approx(0.2)
+    assert confusion(pairs) == {
+        "backlash_error": {"backlash_error": 1},
+        "x_local_jam": {"backlash_error": 1},
+        "lead_error (withheld)": {"backlash_error": 1},
+    }
+
+
+def test_abstaining_is_never_wrong_and_never_right() -> None:
+    """Saying `unexplained` throughout names no wrong cause, finds none, and alarms where no gap
+    is."""
+    pairs = [(case, _outcome(case, _said({}, verdict="unexplained"))) for case in CASES]
+    found = _figures(pairs)
+    assert found["not in catalogue: no wrong cause"].value == 1.0
+    assert found["single: named first"].value == 0.0
+    assert found["no gap: no false alarm"].value == 0.0
+
+
+def test_half_a_pair_is_not_a_pair() -> None:
+    """One of two named counts as neither; both with a third beside them as both, not as exact."""
+    half = _said({"spring_load": PAIR.effects["spring_load"]})
+    assert _figures([(PAIR, _outcome(PAIR, half))])["pair: both named"].right == 0
+    more = _said({**PAIR.effects, "lead_error": {"lead_m": 0.02}})
+    found = _figures([(PAIR, _outcome(PAIR, more))])
+    assert found["pair: both named"].right == 1
+    assert found["pair: both and no other"].right == 0
+
+
+def test_a_failed_diagnosis_counts_as_wrong_everywhere() -> None:
+    """No answer is neither quiet, nor right, nor an abstention."""
+    pairs = [(case, _outcome(case, None, "ValueError: x")) for case in CASES]
+    found = _figures(pairs)
+    for name in (
+        "single: named first",
+        "pair: both named",
+        "no gap: no false alarm",
+        "not in catalogue: no wrong cause",
+        "block right",
+        "diagnoses that ended",
+    ):
+        assert found[name].right == 0, name
+    json.dumps(report(CASES, [out for _, out in pairs], DRIVE), allow_nan=False)
+
+
+def test_parameter_errors_are_relative_and_counts_are_exact() -> None:
+    """|said - true| / |true|; of the change where the model holds the quantity; periods apart."""
+    case = Case(
+        0,
+        1,
+        "pair",
+        {
+            "lead_error": {"lead_m": 0.0202},
+            "cogging_torque": {"amplitude_nm": 0.1, "periods_per_rev": 24.0},
+        },
+    )
+    said = _said({"lead_error": {"lead_m": 0.0201}, "cogging_torque": {"amplitude_nm": 0.11}})
+    said["causes"][1]["parameters"]["periods_per_rev"] = {"value": 23.0, "ci95": [23.0, 23.0]}
+    lead, amplitude, periods = parameter_errors(case, _outcome(case, said), DRIVE)
+    assert lead["relative"] == pytest.approx(1e-4 / 0.0202)
+    assert lead["of_change"] == pytest.approx(0.5)
+    assert amplitude["relative"] == amplitude["of_change"] == pytest.approx(0.1)
+    assert periods["exact"] is False
+
+
+def test_a_share_comes_with_its_interval() -> None:
+    """Wilson's interval of 1 of 1 at 95 % begins at 1 / (1 + 1.96^2)."""
+    found = _figures([(SINGLE, _outcome(SINGLE, _perfect(SINGLE)))])["single: named first"]
+    low, high = found.interval
+    assert low == pytest.approx(1.0 / (1.0 + 1.96**2))
+    assert high == 1.0
+
+
+def test_the_subject_sees_the_recording_and_what_to_leave_out_and_nothing_else() -> None:
+    """It is called with (recording, nominal drive, names withheld)."""
+    case = complete_case(Case(7, 31, "withheld", {"lead_error": {}}, ("lead_error",)), DRIVE)
+    calls = []
+
+    def subject(*arguments):
+        calls.append(arguments)
+        return _said({}, verdict="unexplained")
+
+    outcome = examine(case, DRIVE, subject, False)
+    ((recording, drive, without),) = calls
+    assert drive is DRIVE
+    assert without == frozenset({"lead_error"})
+    assert len(recording) == 12_000
+    assert outcome.index == 7
+    assert outcome.named == []
+
+
+def test_one_failing_case_does_not_end_a_study() -> None:
+    """A subject that raises, or answers with what is no diagnosis, leaves an outcome that says
+    so; the others are judged."""
+    cases = [Case(index, 40 + index, "none") for index in range(3)]
+
+    def subject(recording, drive, without):
+        first = int(recording.stamp_ns[0]) % 3
+        answers = {0: {"verdict": "no_gap"}, 1: _said({}, verdict="no_gap")}
+        return answers[first]
+
+    outcomes = run_study(cases, DRIVE, subject, baselines=False, workers=1)
+    assert [outcome.index for outcome in outcomes] == [0, 1, 2]
+    for outcome, case in zip(outcomes, cases, strict=True):
+        first = int(record_case(case, DRIVE).stamp_ns[0]) % 3
+        if first == 1:
+            assert outcome.error is None
+        else:
+            assert outcome.diagnosis is None
+            assert ("KeyError" if first == 2 else "no 'location'") in str(outcome.error)
+
+
+def test_a_journal_carries_a_study_over_an_interruption(tmp_path) -> None:
+    """What was written is read again, a line cut off is dropped, another study's is refused."""
+    path = tmp_path / "study.json.partial"
+    journal = Journal(path, "abc", resume=False)
+    outcomes = [_outcome(case, _perfect(case)) for case in CASES[:2]]
+    for outcome in outcomes:
+        journal.add(outcome)
+    with path.open("a", encoding="utf-8") as out:
+        out.write('{"index": 2, "diagn')
+    assert Journal(path, "abc", resume=True).outcomes == outcomes
+    with pytest.raises(InputError, match="another study"):
+        Journal(path, "abd", resume=True)
+    with pytest.raises(InputError, match="nothing to resume"):
+        Journal(tmp_path / "none.partial", "abc", resume=True)
+
+
+@pytest.fixture
+def said_nothing(monkeypatch):
+    monkeypatch.setattr(
+        subject_module,
+        "product_diagnosis",
+        lambda recording, drive, without: _said({}, verdict="no_gap", shrink=0.0),
+    )
+
+
+def test_the_command_prints_the_hash_first_and_writes_everything(
+    said_nothing, tmp_path, capsys
+) -> None:
+    """Hash line, verification, figures; JSON with labels that hash to it; plots; recordings."""
+    out, plots, bags = tmp_path / "blind.json", tmp_path / "plots", tmp_path / "bags"
+    code = main(
+        [
+            *("blind", "--cases", "3", "--seed", "3", "--kinds", "none,single"),
+            *("--effects", "lead_error", "--no-baselines", "--jobs", "1"),
+            *("--json", str(out), "--plots", str(plots), "--write-recordings", str(bags)),
+        ]
+    )
+    assert code == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0].startswith("3 cases drawn and sealed, SHA-256 ")
+    data = json.loads(out.read_text())
+    assert data["schema"] == "ecyl.blind/1"
+    assert data["sha256"] == lines[0].split()[-1]
+    assert {case["label"]["kind"] for case in data["cases"]} == {"none", "single"}
+    assert (plots / "calibration.png").stat().st_size > 1000
+    assert (plots / "confusion.png").stat().st_size > 1000
+    assert sorted(path.name for path in bags.iterdir()) == [
+        "case_000.mcap",
+        "case_001.mcap",
+        "case_002.mcap",
+        "labels.json",
+    ]
+    assert not (tmp_path / "blind.json.partial").exists()
+
+
+def test_one_case_of_a_study_can_be_looked_at(said_nothing, capsys) -> None:
+    """--case prints the label beside what was said."""
+    arguments = ["--cases", "4", "--seed", "3", "--kinds", "single", "--effects", "lead_error"]
+    assert main(["blind", *arguments, "--case", "2", "--no-baselines", "--jobs", "1"]) == 0
+    text = capsys.readouterr().out
+    assert "case 2 single: lead_error(lead_m=" in text
+    assert "said no_gap" in text
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["--cases", "0"], "--cases = 0, expected 1 or more"),
+        (["--kinds", "singel"], "did you mean single?"),
+        (["--effects", "backlash"], "did you mean backlash_error?"),
+        (["--without", "x_local_jam"], "--without: unknown name x_local_jam"),
+        (["--cases", "5", "--case", "5"], "--case = 5, expected 0 to 4"),
+        (["--resume"], "--resume needs --json"),
+        (["--drive", "nowhere.yaml"], "nowhere.yaml"),
+    ],
+)
+def test_bad_input_is_one_line_and_exit_2(arguments, words, capsys) -> None:
+    """The line names the flag and what was expected; nothing is drawn."""
+    assert main(["blind", *arguments]) == 2
+    error = capsys.readouterr().err
+    assert words in error
+    assert len(error.strip().splitlines()) == 1
+
+
+@pytest.mark.slow
+def test_baselines_name_what_is_in_their_model_and_absorb_what_is_not() -> None:
+    """A wrong resistance is found by both; rotor friction, which the nominal model lacks, is
+    called another parameter's error by both."""
+    wrong = complete_case(Case(0, 5, "single", {"resistance_error": {}}), DRIVE)
+    recording = record_case(wrong, DRIVE)
+    assert "resistance_error" in fit_all(recording, DRIVE)
+    assert best_swap(recording, DRIVE) == ["resistance_error"]
+    rubbing = complete_case(Case(0, 5, "single", {"rotor_coulomb_friction": {}}), DRIVE)
+    recording = record_case(rubbing, DRIVE)
+    named = best_swap(recording, DRIVE)
+    assert named
+    assert named != ["rotor_coulomb_friction"]
+
+
+def test_a_healthy_machine_gives_the_best_swap_nothing_to_name() -> None:
+    """At the floor no swap is worth a name."""
+    recording = record_case(Case(0, 6, "none"), DRIVE)
+    assert best_swap(recording, DRIVE) == []
+    assert not math.isnan(float(np.sum(recording.rod_position_m)))
