@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import time
 
 import numpy as np
 import pytest
@@ -16,7 +17,7 @@ from ecyl_ros.gap.blind.baselines import best_swap, fit_all
 from ecyl_ros.gap.blind.cases import Case, complete_case, record_case
 from ecyl_ros.gap.blind.journal import Journal
 from ecyl_ros.gap.blind.score import calibration, confusion, figures, parameter_errors, report
-from ecyl_ros.gap.blind.study import Outcome, examine, run_study
+from ecyl_ros.gap.blind.study import Outcome, examine, run_study, time_limit
 
 DRIVE = load_drive("bench")
 
@@ -211,6 +212,13 @@ def test_one_failing_case_does_not_end_a_study() -> None:
         else:
             assert outcome.diagnosis is None
             assert ("KeyError" if first == 2 else "no 'location'") in str(outcome.error)
+
+
+def test_a_diagnosis_without_end_is_ended() -> None:
+    """Beyond the limit the block raises TimeoutError, and no alarm is left behind."""
+    with pytest.raises(TimeoutError, match=r"within 0\.05 s"), time_limit(0.05):
+        time.sleep(5.0)
+    time.sleep(0.1)
 
 
 def test_a_journal_carries_a_study_over_an_interruption(tmp_path) -> None:

@@ -59,9 +59,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Run the study; 0 when it ran, whatever the figures say."""
+    """Run the study; 0 when it ran, whatever the figures say, 1 when a worker died."""
     from ..drive.drive_file import load_drive
     from ..gap.blind.seal import seal
+    from ..gap.blind.study import StudyError
 
     _check(options)
     drive = load_drive(options.drive)
@@ -70,7 +71,12 @@ def run(options: argparse.Namespace) -> int:
     print(f"{len(cases)} cases drawn and sealed, SHA-256 {sealed.sha256}", flush=True)
     if options.write_recordings is not None:
         _write_recordings(cases, drive, options.write_recordings)
-    outcomes = _study(options, cases, drive, sealed)
+    try:
+        outcomes = _study(options, cases, drive, sealed)
+    except StudyError as error:
+        hint = "; --resume goes on with the others" if options.json is not None else ""
+        print(f"ecyl blind: {error}{hint}", file=sys.stderr)
+        return 1
     opened = sealed.open()
     print("labels opened, hash verified")
     if options.write_recordings is not None:

@@ -3,18 +3,49 @@
 from __future__ import annotations
 
 import json
+import signal
+import threading
 import time
 import traceback
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
 from joblib import Parallel, delayed
+from joblib.externals.loky.process_executor import TerminatedWorkerError
 
 from ...drive.parameters import DriveParameters
 from .baselines import BASELINES
 from .cases import Case, record_case
 from .subject import Subject
+
+
+LIMIT_S = 600.0  # a diagnosis that takes longer counts as failed
+
+
+class StudyError(Exception):
+    """The study could not go on; what was said until then is with the caller."""
+
+
+@contextmanager
+def time_limit(seconds: float) -> Iterator[None]:
+    """Raise TimeoutError in the block after `seconds`, where the platform and thread allow it."""
+    main = threading.current_thread() is threading.main_thread()
+    if not (main and hasattr(signal, "setitimer")):
+        yield
+        return
+
+    def late(number: int, frame: Any) -> None:
+        raise TimeoutError(f"no answer within {seconds:g} s")
+
+    before = signal.signal(signal.SIGALRM, late)
+    signal.setitimer(signal.ITIMER_REAL, seconds)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        signal.signal(signal.SIGALRM, before)
 
 
 @dataclass(frozen=True)
@@ -59,7 +90,8 @@ def examine(case: Case, drive: DriveParameters, subject: Subject, baselines: boo
     said, error = None, None
     begin = time.perf_counter()
     try:
-        said = subject(recording, drive, frozenset(case.withheld))
+        with time_limit(LIMIT_S):
+            said = subject(recording, drive, frozenset(case.withheld))
         said = json.loads(json.dumps(said, allow_nan=False))  # what cannot be written is no answer
         _check(said)
     except Exception as failure:  # whatever it is, it must not end the study
@@ -97,15 +129,22 @@ def run_study(
 ) -> list[Outcome]:
     """Examine all cases in `workers` processes; outcomes in the order of the cases.
 
-    on_outcome: called with each outcome as it comes, in any order.
+    on_outcome: called with each outcome as it comes, in any order. Raises StudyError if a worker
+    is killed.
     """
     cases = list(cases)
     came = Parallel(n_jobs=min(workers, max(1, len(cases))), return_as="generator_unordered")(
         delayed(examine)(case, drive, subject, baselines) for case in cases
     )
-    outcomes = {}
-    for outcome in came:
-        outcomes[outcome.index] = outcome
-        if on_outcome is not None:
-            on_outcome(outcome)
+    outcomes: dict[int, Outcome] = {}
+    try:
+        for outcome in came:
+            outcomes[outcome.index] = outcome
+            if on_outcome is not None:
+                on_outcome(outcome)
+    except TerminatedWorkerError:
+        missing = [str(case.index) for case in cases if case.index not in outcomes]
+        raise StudyError(
+            f"a worker process died at one of the cases {', '.join(missing[: 2 * workers])}"
+        ) from None
     return [outcomes[case.index] for case in cases]
