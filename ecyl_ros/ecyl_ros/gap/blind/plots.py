@@ -32,18 +32,25 @@ def _calibration(scored: dict[str, Any]) -> Any:
     parts = [part for part in scored["calibration"] if part["count"]]
     for part in parts:
         share, count = part["right"], part["count"]
-        half = 1.96 * np.sqrt(max(share * (1.0 - share), 0.25 / (count + 1)) / (count + 1))
+        low, high = part["ci95"]
         axis.errorbar(
-            part["confidence"], share, yerr=half, fmt="o", color="C0", capsize=3, ms=4, lw=0.9
+            part["confidence"],
+            share,
+            yerr=[[share - low], [high - share]],
+            fmt="o",
+            color="C0",
+            capsize=3,
+            ms=4,
+            lw=0.9,
         )
         axis.annotate(
             str(count), (part["confidence"], share), xytext=(5, -12), textcoords="offset points"
         )
     axis.set_xlim(0.0, 1.03)
-    axis.set_ylim(0.0, 1.1)
+    axis.set_ylim(0.0, 1.03)
     axis.set_xlabel("confidence said")
     axis.set_ylabel("share right")
-    axis.set_title("Calibration; numbers are causes named")
+    axis.set_title("Calibration; numbers are causes named, bars 95 %")
     return figure
 
 

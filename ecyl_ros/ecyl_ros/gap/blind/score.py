@@ -76,15 +76,18 @@ class Figure:
 Judged = tuple[Case, Outcome]
 
 
+def _counted(name: str, rights: Sequence[bool], wanted: float | None) -> Figure:
+    count, right = len(rights), sum(rights)
+    return Figure(name, right / count if count else math.nan, right, count, wanted)
+
+
 def _share(
     name: str,
     judged: Iterable[Judged],
     right: Callable[[Case, Outcome], bool],
     wanted: float | None,
 ) -> Figure:
-    verdicts = [right(case, outcome) for case, outcome in judged]
-    count = len(verdicts)
-    return Figure(name, sum(verdicts) / count if count else math.nan, sum(verdicts), count, wanted)
+    return _counted(name, [right(case, outcome) for case, outcome in judged], wanted)
 
 
 def _median(name: str, values: Sequence[float], wanted: float | None, **options: Any) -> Figure:
@@ -195,10 +198,6 @@ def figures(judged: Sequence[Judged], drive: DriveParameters) -> list[Figure]:
         if cause["confidence"] >= CONFIDENT
     ]
 
-    def counted(name: str, rights: Sequence[bool], wanted: float | None) -> Figure:
-        count = len(rights)
-        return Figure(name, sum(rights) / count if count else math.nan, sum(rights), count, wanted)
-
     return [
         _share("single: named first", of("single"), lambda c, o: first_right(c, o.named), 0.97),
         _share(
@@ -214,10 +213,10 @@ def figures(judged: Sequence[Judged], drive: DriveParameters) -> list[Figure]:
         _share("block right", faulty, _block_right, 0.97),
         _median("parameter error, median", relative, 0.03, at_least=False),
         _median("   of the change from nominal", change, None, at_least=False),
-        counted("   within the 95 % interval", covered, None),
-        counted("   periods exact", exact, None),
+        _counted("   within the 95 % interval", covered, None),
+        _counted("   periods exact", exact, None),
         _median("shrink held out, median", [_shrink(o) for _, o in inside], 0.95, unit=""),
-        counted(f"right of those at {CONFIDENT:g} or surer", sure, 0.95),
+        _counted(f"right of those at {CONFIDENT:g} or surer", sure, 0.95),
         _median(
             "seconds per case, median",
             [o.seconds for _, o in judged],
@@ -225,7 +224,7 @@ def figures(judged: Sequence[Judged], drive: DriveParameters) -> list[Figure]:
             at_least=False,
             unit="s",
         ),
-        counted("diagnoses that ended", [o.error is None for _, o in judged], 1.0),
+        _counted("diagnoses that ended", [o.error is None for _, o in judged], 1.0),
     ]
 
 
@@ -244,14 +243,15 @@ def calibration(judged: Sequence[Judged]) -> list[dict[str, Any]]:
     for low, high in pairwise(BINS):
         last = high == BINS[-1]
         inside = [(c, right) for c, right in said if low <= c < high or (last and c == high)]
-        count = len(inside)
+        share = _counted("", [right for _, right in inside], None)
         curve.append(
             {
                 "from": low,
                 "to": high,
-                "count": count,
-                "confidence": sum(c for c, _ in inside) / count if count else None,
-                "right": sum(right for _, right in inside) / count if count else None,
+                "count": share.count,
+                "confidence": float(np.mean([c for c, _ in inside])) if inside else None,
+                "right": share.value if inside else None,
+                "ci95": list(share.interval) if share.interval else None,
             }
         )
     return curve

@@ -20,7 +20,6 @@ from .baselines import BASELINES
 from .cases import Case, record_case
 from .subject import Subject
 
-
 LIMIT_S = 600.0  # a diagnosis that takes longer counts as failed
 
 
