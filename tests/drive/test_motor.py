@@ -10,7 +10,7 @@ import pytest
 from ecyl_ros.drive.drive_file import load_drive
 from ecyl_ros.drive.motor import current_derivatives, rotor_torque
 from ecyl_ros.drive.packed import pack
-from ecyl_ros.drive.plant import CURRENT_D, CURRENT_Q, ROTOR_SPEED, plant_step
+from ecyl_ros.drive.plant import CURRENT_D, CURRENT_Q, ROTOR_SPEED, STATE_SIZE, plant_step
 
 
 @pytest.fixture
@@ -45,7 +45,7 @@ def test_locked_rotor_current_rises_as_equation_4(free_motor) -> None:
     """With the rotor locked, i_q after a voltage step is (u/R)(1 - exp(-R t/L)), equation (4)."""
     motor = dataclasses.replace(free_motor.motor, rotor_inertia=10.0, torque_constant=1e-4)
     p = pack(dataclasses.replace(free_motor, motor=motor), substeps=200)
-    state = np.zeros(6)
+    state = np.zeros(STATE_SIZE)
     for _ in range(3):
         plant_step(state, 0.0, 10.0, p)
     tau = motor.inductance / motor.resistance
@@ -68,7 +68,7 @@ def test_no_load_speed(free_motor) -> None:
     """A free motor at constant voltage ends at u / K_e, its current at zero."""
     p = pack(free_motor)
     p["pole_pairs"] = 0.0
-    state = np.zeros(6)
+    state = np.zeros(STATE_SIZE)
     state[2] = 0.0
     for _ in range(5000):
         state[2] = state[0]  # the load stays between the flanks

@@ -1,9 +1,56 @@
 """The compiler settings of every numeric kernel, in one place.
 
 Fast-math stays off: results must agree to the last bit whether a function is called tick by tick
-from a node or inlined in the engine's loop.
+from a node or inlined in the engine's loop. The GIL is released, so that threads can run drives
+side by side.
+
+Compiled code is cached on disk. Numba looks only at the file a function stands in, not at those
+of the functions it calls; the cache folder is therefore named after a digest of all files that
+hold kernels, and a change in any of them, or one more effect, compiles anew.
 """
 
+from __future__ import annotations
+
+import functools
+import hashlib
+import os
+from collections.abc import Callable
+from pathlib import Path
+
+import numba
 from numba import njit
 
-kernel = njit(cache=True, fastmath=False, error_model="numpy")
+_PACKAGE = Path(__file__).resolve().parents[1]
+
+
+def _sources_digest() -> str:
+    digest = hashlib.sha256()
+    for folder in ("drive", "effects", "gap/blind"):
+        for path in sorted((_PACKAGE / folder).glob("*.py")):
+            digest.update(path.name.encode() + b"\0" + path.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+@functools.cache
+def _cache_folder() -> str:
+    """A writable folder for this version's compiled code; empty: Numba chooses."""
+    user = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "ecyl_ros"
+    for parent in (_PACKAGE / "__pycache__", user):
+        folder = parent / f"kernels-{_sources_digest()}"
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+        except OSError:
+            continue
+        if os.access(folder, os.W_OK):
+            return str(folder)
+    return ""
+
+
+def kernel(function: Callable, *, cache: bool = True) -> Callable:
+    """Compile `function` when it is first called; with `cache`, keep the machine code on disk."""
+    chosen = numba.config.CACHE_DIR
+    numba.config.CACHE_DIR = chosen or _cache_folder()
+    try:
+        return njit(cache=cache, fastmath=False, error_model="numpy", nogil=True)(function)
+    finally:
+        numba.config.CACHE_DIR = chosen

@@ -15,7 +15,7 @@ from .cascade import cascade_tick, initial_cascade_state
 from .compiled import kernel
 from .packed import pack
 from .parameters import DriveParameters
-from .plant import MEASURED, STATE_SIZE, apply_voltage, initial_state, measure
+from .plant import MEASURED, STATE_SIZE, apply_voltage, initial_state, measure, voltage_queue
 
 REFERENCE, REFERENCE_VELOCITY = 0, 1
 VOLTAGE = 2  # columns VOLTAGE, VOLTAGE + 1: u_d, u_q
@@ -110,7 +110,7 @@ def simulate(
             in order, once each, at `drive.sample_rate`.
         duration_s: length of the run, s.
         substeps: plant sub-steps per tick instead of the automatic choice.
-        initial: plant state to start from, float64[6]; at rest unless given.
+        initial: plant state to start from, float64[STATE_SIZE]; at rest unless given.
         progress: called now and then with the share that is done, 0 to 1.
     """
     ticks = tick_count(drive, duration_s)
@@ -123,7 +123,7 @@ def simulate(
     if plant.shape != (STATE_SIZE,):
         raise ValueError(f"initial state has shape {plant.shape}, expected ({STATE_SIZE},)")
     cascade = initial_cascade_state()
-    pending = np.zeros((drive.controller.delay_ticks + 1, 2))
+    pending = voltage_queue(params)
     scratch = np.zeros(len(MEASURED))
     block = max(1, ticks if progress is None else ticks // 100)
     for first in range(0, ticks, block):

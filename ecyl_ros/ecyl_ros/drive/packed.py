@@ -12,6 +12,9 @@ import math
 
 import numpy as np
 
+from ..effects.catalogue import CATALOGUE, MODULES
+from ..effects.ports import ARGUMENTS, AT_PORTS
+from .friction import BREAKAWAY_RAD, BRISTLE_DAMPING_S
 from .parameters import DriveParameters
 
 MAX_SEGMENTS = 8
@@ -27,7 +30,8 @@ PACKED = np.dtype(
         ("back_emf_constant", "f8"),
         ("pole_pairs", "f8"),
         ("rotor_viscous", "f8"),
-        ("rod_per_rotor", "f8"),  # m of rod per rad of rotor-side angle
+        ("rod_per_rotor", "f8"),  # m of rod per rad of rotor-side angle, in truth
+        ("gear_ratio", "f8"),
         ("half_backlash", "f8"),
         ("segments", "i8"),
         ("stiffness", "f8", (MAX_SEGMENTS,)),
@@ -37,7 +41,11 @@ PACKED = np.dtype(
         ("load_viscous", "f8"),
         ("tick", "f8"),  # s, control period
         ("substeps", "i8"),
+        ("actuation_delay", "f8"),  # ticks, broken ones too
+        ("measurement_delay", "f8"),  # ticks, broken ones too
         ("feedback_rod", "i8"),
+        ("believed_rod_per_rotor", "f8"),  # what the controller reckons with
+        ("believed_inductance", "f8"),
         ("velocity_feedforward", "f8"),
         ("position_kp", "f8"),
         ("position_ki", "f8"),
@@ -55,6 +63,18 @@ PACKED = np.dtype(
         ("rotor_position_resolution", "f8"),
         ("rod_position_resolution", "f8"),
         ("noise_seed", "u8"),
+        ("rotor_breakaway", "f8"),  # rad, see friction
+        ("load_breakaway", "f8"),
+        ("rotor_bristle_damping", "f8"),  # s
+        ("load_bristle_damping", "f8"),
+        # Whether any effect acts at a port: the others cost nothing.
+        *((f"acts_at_{port}", "i8") for port in ARGUMENTS),
+        *(
+            (effect.field_name(parameter.name), "f8")
+            for effect in CATALOGUE.values()
+            if effect.name in AT_PORTS
+            for parameter in effect.parameters
+        ),
     ]
 )
 
@@ -65,7 +85,17 @@ def fastest_rate(drive: DriveParameters) -> float:
     resonance = math.sqrt(max(drive.transmission.stiffness) * compliance)
     damping = drive.transmission.contact_damping * compliance
     electrical = drive.motor.resistance / drive.motor.inductance
-    return max(resonance, damping, electrical)
+    bristle = 0.0
+    for name, values in drive.effects.items():
+        for port, inertia in (
+            ("rotor_friction", drive.motor.rotor_inertia),
+            ("load_friction", drive.load.inertia),
+        ):
+            if hasattr(MODULES[name], port):
+                level = max(v for key, v in values.items() if key.endswith("_nm"))
+                breakaway = values.get("breakaway_rad", BREAKAWAY_RAD)
+                bristle = max(bristle, math.sqrt(abs(level) / (breakaway * inertia)))
+    return max(resonance, damping, electrical, bristle)
 
 
 def choose_substeps(drive: DriveParameters) -> int:
@@ -96,12 +126,16 @@ def pack(drive: DriveParameters, *, substeps: int | None = None) -> np.ndarray:
         "pole_pairs": motor.pole_pairs,
         "rotor_viscous": motor.viscous_friction,
         "rod_per_rotor": transmission.rod_per_rotor,
+        "gear_ratio": transmission.gear_ratio,
         "half_backlash": 0.5 * transmission.backlash,
         "contact_damping": transmission.contact_damping,
         "load_viscous": load.viscous_friction,
         "tick": 1.0 / controller.rate,
         "substeps": choose_substeps(drive) if substeps is None else substeps,
+        "actuation_delay": controller.delay_ticks,
         "feedback_rod": controller.feedback == "rod",
+        "believed_rod_per_rotor": transmission.rod_per_rotor,
+        "believed_inductance": motor.inductance,
         "velocity_feedforward": controller.velocity_feedforward,
         "speed_limit": controller.speed_limit,
         "current_limit": controller.current_limit,
@@ -113,6 +147,10 @@ def pack(drive: DriveParameters, *, substeps: int | None = None) -> np.ndarray:
         "rotor_position_resolution": sensors.rotor_position_resolution,
         "rod_position_resolution": sensors.rod_position_resolution,
         "noise_seed": sensors.noise_seed,
+        "rotor_breakaway": BREAKAWAY_RAD,
+        "load_breakaway": BREAKAWAY_RAD,
+        "rotor_bristle_damping": BRISTLE_DAMPING_S,
+        "load_bristle_damping": BRISTLE_DAMPING_S,
     }
     for loop in ("position", "speed", "current"):
         gains = getattr(controller, loop)
@@ -132,4 +170,20 @@ def pack(drive: DriveParameters, *, substeps: int | None = None) -> np.ndarray:
         if index < count - 1:
             deflection += (transmission.stiffness_breaks[index] - torque) / stiffness
             torque = transmission.stiffness_breaks[index]
+    _put_effects(record, drive)
     return record
+
+
+def _put_effects(record: np.ndarray, drive: DriveParameters) -> None:
+    for name, given in drive.effects.items():
+        effect, module = CATALOGUE[name], MODULES[name]
+        values = effect.complete(given)
+        if effect.modify is not None:
+            effect.modify(record, values, drive)
+        if name not in AT_PORTS:
+            continue
+        for parameter, value in values.items():
+            record[effect.field_name(parameter)] = value
+        for port in ARGUMENTS:
+            if hasattr(module, port):
+                record[f"acts_at_{port}"] = 1

@@ -8,6 +8,7 @@ millimetres, an inductance in millihenries), not to judge a design.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from typing import Any
 
@@ -140,6 +141,8 @@ class DriveParameters:
     sensors: SensorParameters = field(default_factory=SensorParameters)
     limits: LimitParameters = field(default_factory=LimitParameters)
     telemetry_rate: float = _quantity("Hz", 0.1, 1e6, "samples a second on the topics", 1000.0)
+    # What the machine has beyond its nominal model: {effect: {parameter: value}}, see `effects`.
+    effects: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
 
     @property
     def telemetry_every(self) -> int:

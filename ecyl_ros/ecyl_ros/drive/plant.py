@@ -1,7 +1,8 @@
 """The plant: motor, backlash transmission and load, advanced one control tick at a time.
 
-State vector (float64[6]): rotor angle rad, rotor speed rad/s, load angle rad (at the rotor), load
-speed rad/s, i_d A, i_q A. Between contacts the equations are smooth and a classical fourth-order
+State vector (float64[STATE_SIZE]): rotor angle rad, rotor speed rad/s, load angle rad (at the
+rotor), load speed rad/s, i_d A, i_q A; then the bristle deflections of rotor and load friction and
+the count of ticks since the start, which only effects look at. Between contacts the equations are smooth and a classical fourth-order
 Runge-Kutta step is used; where a flank meets or leaves, or a stiffness segment ends, within a step,
 the instant is located by bisection and the step is split there, so that the order survives contact.
 """
@@ -12,13 +13,16 @@ import math
 
 import numpy as np
 
+from ..effects import ports
 from .compiled import kernel
+from .friction import deflected, friction_torque
 from .motor import current_derivatives, rotor_torque
 from .noise import gaussian
 from .transmission import contact_mode, mode_torque
 
 ROTOR_ANGLE, ROTOR_SPEED, LOAD_ANGLE, LOAD_SPEED, CURRENT_D, CURRENT_Q = range(6)
-STATE_SIZE = 6
+ROTOR_BRISTLE, LOAD_BRISTLE, TICKS = 6, 7, 8
+STATE_SIZE = 9
 
 # What the plant's sensors give each tick (float64[7]), in this order.
 MEASURED = (
@@ -36,14 +40,33 @@ _MAX_EVENTS = 64  # per sub-step; beyond it contact is a blur at this step and i
 
 
 @kernel
-def _derivative(y, u_d, u_q, mode, p):
+def _derivative(y, u_d, u_q, mode, into, time, p):
+    """Slopes of the six smooth states, `into` s into a step that began at `time` s."""
     twist_torque = mode_torque(y[0] - y[2], y[1] - y[3], mode, p)
+    rotor = rotor_torque(y[5], y[1], p)
+    if p.acts_at_rotor_torque:
+        rotor += ports.rotor_torque(p, y[0], y[1], y[5])
+    if p.acts_at_rotor_friction:
+        level = ports.rotor_friction(p, y[1], twist_torque, time + into)
+        rotor -= friction_torque(
+            y[6], y[1], into, level, p.rotor_breakaway, p.rotor_bristle_damping
+        )
+    load = -p.load_viscous * y[3]
+    if p.acts_at_load_torque:
+        load += ports.load_torque(p, time + into, y[2], y[3])
+    if p.acts_at_load_friction:
+        level = ports.load_friction(p, y[3], twist_torque, y[2], time + into)
+        load -= friction_torque(
+            y[7], y[3], into, level, p.load_breakaway, p.load_bristle_damping
+        )
+    if p.acts_at_inverter_voltage:
+        u_q += ports.inverter_voltage(p, y[5], u_q)
     slope_d, slope_q = current_derivatives(y[4], y[5], y[1], u_d, u_q, p)
     return (
         y[1],
-        (rotor_torque(y[5], y[1], p) - twist_torque) * p.per_rotor_inertia,
+        (rotor - twist_torque) * p.per_rotor_inertia,
         y[3],
-        (twist_torque - p.load_viscous * y[3]) * p.per_load_inertia,
+        (twist_torque + load) * p.per_load_inertia,
         slope_d,
         slope_q,
     )
@@ -58,23 +81,36 @@ def _shifted(y, step, slope):
         y[3] + step * slope[3],
         y[4] + step * slope[4],
         y[5] + step * slope[5],
+        y[6],
+        y[7],
     )
 
 
 @kernel
-def _runge_kutta(y, u_d, u_q, mode, step, p):
-    k1 = _derivative(y, u_d, u_q, mode, p)
-    k2 = _derivative(_shifted(y, 0.5 * step, k1), u_d, u_q, mode, p)
-    k3 = _derivative(_shifted(y, 0.5 * step, k2), u_d, u_q, mode, p)
-    k4 = _derivative(_shifted(y, step, k3), u_d, u_q, mode, p)
+def _runge_kutta(y, u_d, u_q, mode, step, time, p):
+    half = 0.5 * step
+    k1 = _derivative(y, u_d, u_q, mode, 0.0, time, p)
+    k2 = _derivative(_shifted(y, half, k1), u_d, u_q, mode, half, time, p)
+    k3 = _derivative(_shifted(y, half, k2), u_d, u_q, mode, half, time, p)
+    k4 = _derivative(_shifted(y, step, k3), u_d, u_q, mode, step, time, p)
     sixth = step / 6.0
+    rotor = y[0] + sixth * (k1[0] + 2.0 * (k2[0] + k3[0]) + k4[0])
+    load = y[2] + sixth * (k1[2] + 2.0 * (k2[2] + k3[2]) + k4[2])
+    # The bristles follow the way that was gone in the step.
+    rotor_bristle, load_bristle = y[6], y[7]
+    if p.acts_at_rotor_friction and step > 0.0:
+        rotor_bristle = deflected(y[6], (rotor - y[0]) / step, step, p.rotor_breakaway)
+    if p.acts_at_load_friction and step > 0.0:
+        load_bristle = deflected(y[7], (load - y[2]) / step, step, p.load_breakaway)
     return (
-        y[0] + sixth * (k1[0] + 2.0 * (k2[0] + k3[0]) + k4[0]),
+        rotor,
         y[1] + sixth * (k1[1] + 2.0 * (k2[1] + k3[1]) + k4[1]),
-        y[2] + sixth * (k1[2] + 2.0 * (k2[2] + k3[2]) + k4[2]),
+        load,
         y[3] + sixth * (k1[3] + 2.0 * (k2[3] + k3[3]) + k4[3]),
         y[4] + sixth * (k1[4] + 2.0 * (k2[4] + k3[4]) + k4[4]),
         y[5] + sixth * (k1[5] + 2.0 * (k2[5] + k3[5]) + k4[5]),
+        rotor_bristle,
+        load_bristle,
     )
 
 
@@ -84,39 +120,51 @@ def _mode_of(y, p):
 
 
 @kernel
-def _substep(y, u_d, u_q, step, p):
+def _substep(y, u_d, u_q, step, time, p):
     remaining = step
     for _ in range(_MAX_EVENTS):
         mode = _mode_of(y, p)
-        after = _runge_kutta(y, u_d, u_q, mode, remaining, p)
+        now = time + (step - remaining)
+        after = _runge_kutta(y, u_d, u_q, mode, remaining, now, p)
         if _mode_of(after, p) == mode:
             return after
         # The mode changes on the way: bisect for the first instant at which it has changed.
         early, late = 0.0, remaining
         for _ in range(_BISECTIONS):
             middle = 0.5 * (early + late)
-            if _mode_of(_runge_kutta(y, u_d, u_q, mode, middle, p), p) == mode:
+            if _mode_of(_runge_kutta(y, u_d, u_q, mode, middle, now, p), p) == mode:
                 early = middle
             else:
                 late = middle
-                after = _runge_kutta(y, u_d, u_q, mode, middle, p)
-        y = _runge_kutta(y, u_d, u_q, mode, late, p)
+        y = _runge_kutta(y, u_d, u_q, mode, late, now, p)
         remaining -= late
         if remaining <= 0.0:
             return y
-    return _runge_kutta(y, u_d, u_q, _mode_of(y, p), remaining, p)
+    now = time + (step - remaining)
+    return _runge_kutta(y, u_d, u_q, _mode_of(y, p), remaining, now, p)
+
+
+@kernel
+def _advance(state, u_d, u_q, share, params):
+    """`plant_step` for a share of a control tick; its sub-steps are shared out in proportion."""
+    p = params[0]
+    y = (state[0], state[1], state[2], state[3], state[4], state[5], state[6], state[7])
+    steps = p.substeps
+    if share != 1.0:
+        steps = int(math.ceil(share * p.substeps))
+    step = share * p.tick / steps
+    time = state[TICKS] * p.tick
+    for index in range(steps):
+        y = _substep(y, u_d, u_q, step, time + index * step, p)
+    for index in range(8):
+        state[index] = y[index]
+    state[TICKS] += share
 
 
 @kernel
 def plant_step(state, u_d, u_q, params):
-    """Advance `state` (float64[6], in place) by one control tick with the voltages held, V."""
-    p = params[0]
-    y = (state[0], state[1], state[2], state[3], state[4], state[5])
-    step = p.tick / p.substeps
-    for _ in range(p.substeps):
-        y = _substep(y, u_d, u_q, step, p)
-    for index in range(STATE_SIZE):
-        state[index] = y[index]
+    """Advance `state` (float64[STATE_SIZE], in place) by one control tick, voltages held, V."""
+    _advance(state, u_d, u_q, 1.0, params)
 
 
 @kernel
@@ -144,17 +192,26 @@ def measure(state, tick, params, measured):
     seed = p.noise_seed
     twist = state[0] - state[2]
     rate = state[1] - state[3]
+    angle, speed, load, current = state[0], state[1], state[2], state[5]
+    if p.acts_at_rotor_angle_error:
+        angle += ports.rotor_angle_error(p, state[0])
+    if p.acts_at_rotor_speed_error:
+        speed += ports.rotor_speed_error(p, state[0], state[1])
+    if p.acts_at_rod_error:
+        load += ports.rod_error(p, state[2])
+    if p.acts_at_current_error:
+        current += ports.current_error(p, state[5])
     measured[0] = _quantised(
-        state[0] + _noise(p.rotor_position_noise, seed, tick, 0), p.rotor_position_resolution
+        angle + _noise(p.rotor_position_noise, seed, tick, 0), p.rotor_position_resolution
     )
-    measured[1] = state[1] + _noise(p.rotor_velocity_noise, seed, tick, 1)
+    measured[1] = speed + _noise(p.rotor_velocity_noise, seed, tick, 1)
     measured[2] = _quantised(
-        state[2] * p.rod_per_rotor + _noise(p.rod_position_noise, seed, tick, 2),
+        load * p.rod_per_rotor + _noise(p.rod_position_noise, seed, tick, 2),
         p.rod_position_resolution,
     )
     measured[3] = state[3] * p.rod_per_rotor
     measured[4] = state[4] + _noise(p.current_noise, seed, tick, 3)
-    measured[5] = state[5] + _noise(p.current_noise, seed, tick, 4)
+    measured[5] = current + _noise(p.current_noise, seed, tick, 4)
     measured[6] = mode_torque(twist, rate, contact_mode(twist, rate, p), p)
 
 
@@ -162,13 +219,25 @@ def measure(state, tick, params, measured):
 def apply_voltage(state, pending, params):
     """Advance one tick with the oldest of the `pending` voltages and move the queue up.
 
-    pending: float64[delay + 1, 2], (u_d, u_q) in V; the newest stands last and stays there, held,
-    until it is overwritten.
+    pending: float64[n, 2], (u_d, u_q) in V, see `voltage_queue`; the newest stands last and stays
+    there, held, until it is overwritten. A delay of broken ticks changes over within the tick.
     """
-    plant_step(state, pending[0, 0], pending[0, 1], params)
+    p = params[0]
+    part = p.actuation_delay - math.floor(p.actuation_delay)
+    if part > 0.0:
+        _advance(state, pending[0, 0], pending[0, 1], part, params)
+        _advance(state, pending[1, 0], pending[1, 1], 1.0 - part, params)
+        state[TICKS] = math.floor(state[TICKS] + 0.5)
+    else:
+        plant_step(state, pending[0, 0], pending[0, 1], params)
     for slot in range(pending.shape[0] - 1):
         pending[slot, 0] = pending[slot + 1, 0]
         pending[slot, 1] = pending[slot + 1, 1]
+
+
+def voltage_queue(params: np.ndarray) -> np.ndarray:
+    """Queue of voltages on their way to the inverter, all 0 V: float64[delay in ticks + 1, 2]."""
+    return np.zeros((math.ceil(params["actuation_delay"][0]) + 1, 2))
 
 
 @kernel

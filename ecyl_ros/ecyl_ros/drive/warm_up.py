@@ -10,14 +10,14 @@ from .cascade import cascade_tick, initial_cascade_state
 from .engine import simulate
 from .packed import pack
 from .parameters import DriveParameters
-from .plant import MEASURED, apply_and_measure, apply_voltage, initial_state, measure
+from .plant import MEASURED, apply_and_measure, apply_voltage, initial_state, measure, voltage_queue
 
 
 def warm_up(drive: DriveParameters) -> float:
     """Compile (the first time on a machine) or load all kernels; returns the seconds it took."""
     begin = time.perf_counter()
     params = pack(drive)
-    plant, pending = initial_state(), np.zeros((drive.controller.delay_ticks + 1, 2))
+    plant, pending = initial_state(), voltage_queue(params)
     measured, voltage = np.zeros(len(MEASURED)), np.zeros(2)
     measure(plant, 0, params, measured)
     apply_and_measure(plant, pending, 1, params, measured)

@@ -1,0 +1,42 @@
+"""A constant force on the rod: gravity, a hanging mass, a preload."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..drive.compiled import kernel
+from .effect import Effect, Evidence, Quantity, Start
+from .starts import direction, regress
+
+def starts(evidence: Evidence) -> list[Start]:
+    """The mean of the unexplained torque, and the other sign: the load seats on one flank."""
+    both = regress(evidence.torque_nm, np.ones_like(evidence.time_s), direction(evidence))
+    force = -float(both[0]) / evidence.drive.transmission.rod_per_rotor
+    force = force if abs(force) > 1e-6 else 1.0
+    return [{"force_n": force * factor} for factor in (1.0, 0.3, 2.0, -1.0)]
+
+
+EFFECT = Effect(
+    name="constant_load",
+    block="load",
+    title="constant load",
+    summary="A force of constant size and direction: the current has an offset, and the "
+    "transmission keeps to one flank where inertia does not lift it off.",
+    excitation="motion in both directions; passages through the clearance tell it from an offset",
+    parameters=(
+        Quantity(
+            name="force_n",
+            unit="N",
+            low=-1e6,
+            high=1e6,
+            meaning="on the rod, positive against positive motion",
+        ),
+    ),
+    starts=starts,
+)
+
+
+@kernel
+def load_torque(p, time, angle, speed):
+    """The force over the lead."""
+    return -p.constant_load_force_n * p.rod_per_rotor

@@ -1,0 +1,176 @@
+"""What an effect is: a name, a block, parameters, and what it changes in the drive."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..drive.parameters import DriveParameters
+
+FloatArray = NDArray[np.float64]
+
+BLOCKS = (
+    "motor_electrical",
+    "motor_mechanical",
+    "transmission",
+    "load",
+    "sensor",
+    "timing",
+    "controller",
+)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Quantity:
+    """One parameter of an effect.
+
+    Attributes:
+        name: as in drive files and diagnoses, with its unit.
+        unit: SI.
+        low, high: what is physically possible, both ends included; fits stay within.
+        meaning: a few words.
+        default: value where a drive file gives none; None where it must.
+        nuisance: has to be fitted but says nothing of the machine (a phase).
+    """
+
+    name: str
+    unit: str
+    low: float
+    high: float
+    meaning: str
+    default: float | None = None
+    nuisance: bool = False
+
+
+class Evidence(Protocol):
+    """What a recording offers to effects that look for a start of their fit; SI units.
+
+    Every array is float64[n] on one grid; NaN where unknown.
+    """
+
+    drive: DriveParameters
+    time_s: FloatArray
+    rotor_angle_rad: FloatArray
+    rotor_speed_rad_s: FloatArray
+    current_a: FloatArray
+    voltage_v: FloatArray
+    # Torque on rotor and load together that the nominal model does not explain, N m; NaN where
+    # the flanks are apart.
+    torque_nm: FloatArray
+    # Rod position that rotor and nominal transmission do not explain, as rotor angle, rad.
+    rod_error_rad: FloatArray
+
+
+Start = Mapping[str, float]
+
+
+def no_starts(evidence: Evidence) -> Sequence[Start]:
+    """No start known: an effect that cannot be fitted from a recording."""
+    return ()
+
+
+@dataclass(frozen=True, kw_only=True)
+class Effect:
+    """One unmodelled effect.
+
+    Attributes:
+        name: as in the drive file and the diagnosis.
+        block: where it acts, one of `BLOCKS`.
+        title: what a drive engineer calls it.
+        summary: what it is and what it looks like in a recording.
+        excitation: what a recording must contain for it to be seen.
+        parameters: what describes it.
+        starts: values to begin a fit at, several where the fit may get stuck.
+        modify: changes the packed record of the drive (see `drive.packed`), for effects that are
+            another value of something the model has. Effects with a port of their own (see
+            `ports`) have their parameters in the record under `field_name` and need none.
+        refines: effects that this one contains as a special case. It is named in their place only
+            where it takes off clearly more.
+    """
+
+    name: str
+    block: str
+    title: str
+    summary: str
+    excitation: str
+    parameters: tuple[Quantity, ...]
+    starts: Callable[[Evidence], Sequence[Start]] = no_starts
+    modify: Callable[[np.ndarray, Mapping[str, float], DriveParameters], None] | None = None
+    refines: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        if self.block not in BLOCKS:
+            raise ValueError(f"{self.name}: block {self.block!r}, expected one of {BLOCKS}")
+
+    @property
+    def reported(self) -> tuple[Quantity, ...]:
+        """The parameters that say something of the machine."""
+        return tuple(one for one in self.parameters if not one.nuisance)
+
+    def field_name(self, parameter: str) -> str:
+        """Name of a parameter in the packed record."""
+        return f"{self.name}_{parameter}"
+
+    def complete(self, values: Mapping[str, float]) -> dict[str, float]:
+        """`values` with defaults filled in, in the order of `parameters`.
+
+        Raises KeyError for a parameter that is missing or that the effect does not have.
+        """
+        unknown = set(values) - {one.name for one in self.parameters}
+        if unknown:
+            raise KeyError(sorted(unknown)[0])
+        full: dict[str, float] = {}
+        for one in self.parameters:
+            value = values.get(one.name, one.default)
+            if value is None:
+                raise KeyError(one.name)
+            full[one.name] = float(value)
+        return full
+
+
+def phase(meaning: str = "at angle or time zero") -> Quantity:
+    """The phase of a periodic effect: fitted, but of no interest."""
+    return Quantity(
+        name="phase_rad",
+        unit="rad",
+        low=-4.0 * math.pi,
+        high=4.0 * math.pi,
+        meaning=meaning,
+        default=0.0,
+        nuisance=True,
+    )
+
+
+def bristle(side: str) -> tuple[Quantity, Quantity]:
+    """How the contact of a friction effect gives before it slips; `side`: rotor or load."""
+    return (
+        Quantity(
+            name="breakaway_rad",
+            unit="rad",
+            low=1e-6,
+            high=1e-1,
+            meaning=f"deflection of the {side} at which it slips",
+            default=1e-4,
+            nuisance=True,
+        ),
+        Quantity(
+            name="bristle_damping_s",
+            unit="s",
+            low=0.0,
+            high=1e-1,
+            meaning="damping torque of the deflection over friction level x its rate",
+            default=2e-4,
+            nuisance=True,
+        ),
+    )
+
+
+def put_bristle(record: np.ndarray, side: str, values: Mapping[str, float]) -> None:
+    """Put the parameters of `bristle` into a packed record."""
+    record[f"{side}_breakaway"] = values["breakaway_rad"]
+    record[f"{side}_bristle_damping"] = values["bristle_damping_s"]

@@ -1,0 +1,51 @@
+"""A force on the rod that swings at a fixed frequency, whatever the drive does."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from ..drive.compiled import kernel
+from .effect import Effect, Evidence, Quantity, Start, phase
+from .starts import strongest
+
+def starts(evidence: Evidence) -> list[Start]:
+    """The strongest lines of the unexplained torque over time."""
+    time = evidence.time_s
+    length = float(time[-1] - time[0])
+    top = 0.4 * len(time) / max(length, 1e-9)
+    frequencies = np.arange(0.5 / length, min(top, 150.0), 0.25 / length) * 2.0 * math.pi
+    lines = strongest(evidence.torque_nm, time, frequencies, 4, np.ones_like(time))
+    ratio = evidence.drive.transmission.rod_per_rotor
+    return [
+        {"amplitude_n": size / ratio, "frequency_hz": rate / (2.0 * math.pi), "phase_rad": shift}
+        for rate, size, shift in lines
+    ]
+
+
+EFFECT = Effect(
+    name="periodic_disturbance",
+    block="load",
+    title="periodic disturbance",
+    summary="A force of fixed frequency, at rest as in motion: a pump, a spindle, a neighbour.",
+    excitation="any, rest included; several of its periods",
+    parameters=(
+        Quantity(name="amplitude_n", unit="N", low=0.0, high=1e6, meaning="peak force on the rod"),
+        Quantity(name="frequency_hz", unit="Hz", low=1e-2, high=1e4, meaning="its frequency"),
+        phase("of the sine at the first sample"),
+    ),
+    starts=starts,
+)
+
+
+@kernel
+def load_torque(p, time, angle, speed):
+    """A sine of time."""
+    if p.periodic_disturbance_amplitude_n == 0.0:
+        return 0.0
+    swing = math.sin(
+        2.0 * math.pi * p.periodic_disturbance_frequency_hz * time
+        + p.periodic_disturbance_phase_rad
+    )
+    return p.periodic_disturbance_amplitude_n * p.rod_per_rotor * swing

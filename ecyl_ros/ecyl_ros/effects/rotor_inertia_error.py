@@ -1,0 +1,29 @@
+"""The rotor is heavier or lighter than the nominal model has it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from ..drive.parameters import DriveParameters
+from .effect import Effect, Quantity
+from .starts import multiples
+
+def modify(record: np.ndarray, values: Mapping[str, float], drive: DriveParameters) -> None:
+    """Put the true value in the nominal one's place."""
+    record["per_rotor_inertia"] = 1.0 / values["inertia_kg_m2"]
+
+
+EFFECT = Effect(
+    name="rotor_inertia_error",
+    block="motor_mechanical",
+    title="wrong rotor inertia",
+    summary="Torque in proportion to the rotor's acceleration, in the clearance too.",
+    excitation="acceleration, and passages through the clearance that tell it from the load's",
+    parameters=(
+        Quantity(name="inertia_kg_m2", unit="kg m^2", low=1e-9, high=10.0, meaning="true inertia of the rotor"),
+    ),
+    starts=multiples("inertia_kg_m2", lambda evidence: evidence.drive.motor.rotor_inertia, (0.5, 0.8, 1.3, 2.0)),
+    modify=modify,
+)

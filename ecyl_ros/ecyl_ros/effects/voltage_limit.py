@@ -1,0 +1,37 @@
+"""A voltage limit below the one the nominal model has."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from ..drive.parameters import DriveParameters
+from .effect import Effect, Evidence, Quantity, Start
+
+def modify(record: np.ndarray, values: Mapping[str, float], drive: DriveParameters) -> None:
+    """The lower of the two limits acts."""
+    record["voltage_limit"] = min(float(record["voltage_limit"][0]), values["voltage_v"])
+
+
+def starts(evidence: Evidence) -> list[Start]:
+    """A limit that acts shows itself as the largest value recorded."""
+    largest = float(np.nanmax(np.abs(evidence.voltage_v), initial=0.0))
+    return [{"voltage_v": largest * factor} for factor in (1.0, 0.97, 0.9) if largest > 0.0]
+
+
+EFFECT = Effect(
+    name="voltage_limit",
+    block="controller",
+    title="voltage limit",
+    summary="The controller's voltage stops at a value below the nominal limit: flat tops, and the "
+    "drive falls behind while it lasts.",
+    excitation="motion that asks for more voltage than the limit",
+    parameters=(
+        Quantity(
+            name="voltage_v", unit="V", low=1e-3, high=1e5, meaning="limit that acts in truth"
+        ),
+    ),
+    starts=starts,
+    modify=modify,
+)

@@ -1,0 +1,310 @@
+"""Which effects close the gap: all of them compete, alone and in sets, on what they were not fitted to.
+
+1. Every effect is started from what the recording shows (regressions, lines, multiples of the
+   nominal value) and replayed once per start.
+2. The most promising are fitted in closed loop; the best of these with their shape parameters too.
+3. Where one effect does not bring the model to the noise floor, sets of two and three are tried:
+   candidates come from the responses already at hand, added up with free sizes, and from fresh
+   starts on what the best single effects leave.
+4. An effect stays in a set only if leaving it out costs clearly more than it adds in freedom.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from typing import TypeVar
+
+import numpy as np
+
+from ..effects.catalogue import CATALOGUE
+from .evidence import gather
+from .fit import LOSS_SCALE, Fit, Fitter, Values
+from .replay import FloatArray
+
+# Misfits are robust root mean squares over the noise floor: 0.92 is a perfect model.
+AT_FLOOR = 1.05  # a model this close needs no further effect
+_WORTH = 0.6  # a further effect must bring the square of the misfit's surplus below this share ...
+_LEAST = 0.04  # ... and lower the square itself by this
+_STARTS = 6  # of one effect alone
+_STARTS_IN_SETS = 2
+_KEPT_SINGLES = 9
+_POLISHED_SINGLES = 2
+_FIRSTS = 2  # single effects that sets are built upon
+_KEPT_SETS = 6
+_KEPT_RESPONSES = 4  # further sets from responses added up
+_MOST_EFFECTS = 3
+_STRIDE = 5  # responses are added up on every fifth sample
+
+Job = TypeVar("Job")
+Report = Callable[[str, float], None]
+
+
+def misfit(cost: float) -> float:
+    """Root of a mean square."""
+    return float(np.sqrt(cost))
+
+
+@dataclass(frozen=True, eq=False)
+class Competition:
+    """What came of it.
+
+    Attributes:
+        nominal: the model without effects.
+        singles: the best fit of each effect alone, best first.
+        winner: the set that is named, or the nominal model if none earned its place.
+        rivals: the best sets of the winner's size that hold another effect, best first.
+        leave_one_out: for each effect of the winner, the best fit without it.
+        replays: runs of the drive in all.
+    """
+
+    nominal: Fit
+    singles: tuple[Fit, ...]
+    winner: Fit
+    rivals: tuple[Fit, ...]
+    leave_one_out: dict[str, Fit]
+    replays: int
+
+
+class _Competition:
+    def __init__(self, fitter: Fitter, names: Sequence[str], report: Report) -> None:
+        self.fitter = fitter
+        self.names = list(names)
+        self.report = report
+        self.replays = 0
+        self.nominal = fitter.evaluate({})
+        self.library: list[Fit] = []
+        thin = self.nominal.gap[:, np.flatnonzero(fitter.rows)[::_STRIDE]]
+        scale = 3.0 + 3.0 * float(np.median(np.abs(thin)))
+        self._weights = 1.0 / np.sqrt(1.0 + (thin / scale) ** 2)
+        self._threads = ThreadPoolExecutor(os.cpu_count() or 1)
+
+    def map(self, work: Callable[[Job], Fit], jobs: Iterable[Job]) -> list[Fit]:
+        """Do fits side by side."""
+        results = list(self._threads.map(work, jobs))
+        self.replays += sum(one.replays for one in results)
+        return results
+
+    def starts(self, base: Fit, names: Iterable[str], most: int) -> list[Fit]:
+        """`base` with one more effect, at up to `most` starts that the recording suggests."""
+        evidence = gather(self.fitter.replay, base.values)
+        jobs: list[Values] = []
+        for name in names:
+            if name in base.values:
+                continue
+            for start in CATALOGUE[name].starts(evidence)[:most]:
+                if _possible(name, start):
+                    jobs.append({**base.values, name: dict(start)})
+        return self.map(self.fitter.evaluate, jobs)
+
+    def search(self, fits: Sequence[Fit]) -> list[Fit]:
+        """Fit each from afar; best first."""
+        return sorted(self.map(self.fitter.search, fits), key=lambda one: one.fitted)
+
+    def polish(self, fits: Sequence[Fit], steps: int) -> list[Fit]:
+        """Fit each to the end, with the parameters that only shape its effects."""
+        return self.map(lambda one: self.fitter.fit(one, steps=steps, nuisances=True), fits)
+
+    def singles(self) -> list[Fit]:
+        """The best fit of each effect alone, best first."""
+        started = self.starts(self.nominal, self.names, _STARTS)
+        self.library = started
+        self.report("starts", 0.3)
+        promise = self._promise(started)
+        best: dict[str, tuple[float, Fit]] = {}
+        for one, expected in zip(started, promise, strict=True):
+            name = one.names[0]
+            score = min(one.fitted, expected)
+            if name not in best or score < best[name][0]:
+                best[name] = (score, one)
+        order = sorted(best.values(), key=lambda pair: pair[0])
+        kept = [one for _, one in order[:_KEPT_SINGLES]]
+        fitted = self.search(kept)
+        self.report("single effects", 0.5)
+        polished = self.polish(fitted[:_POLISHED_SINGLES], 8)
+        self.library = started + fitted + polished
+        rest = [one for _, one in order[_KEPT_SINGLES:]]
+        return sorted(polished + fitted[_POLISHED_SINGLES:] + rest, key=lambda one: one.fitted)
+
+    def _thin(self, fit: Fit) -> FloatArray:
+        rows = np.flatnonzero(self.fitter.rows)[::_STRIDE]
+        gap: FloatArray = (fit.gap[:, rows] * self._weights).ravel()
+        return gap
+
+    def _promise(self, fits: Sequence[Fit]) -> list[float]:
+        """Cost that each response would leave, were it free in size (and linear)."""
+        target = self._thin(self.nominal)
+        found = []
+        for one in fits:
+            response = target - self._thin(one)
+            power = float(response @ response)
+            size = float(response @ target) / power if power > 0.0 else 0.0
+            size = min(max(size, 0.0), 3.0)
+            left = target - size * response
+            found.append(_robust(left))
+        return found
+
+    def pairs_of_responses(self) -> list[Values]:
+        """Sets of two whose responses, added up with free sizes, would leave least."""
+        target = self._thin(self.nominal)
+        responses = np.array([target - self._thin(one) for one in self.library])
+        gram, along = responses @ responses.T, responses @ target
+        found: dict[frozenset[str], tuple[float, Values]] = {}
+        for i, first in enumerate(self.library):
+            for j in range(i):
+                second = self.library[j]
+                if first.names == second.names:
+                    continue
+                determinant = gram[i, i] * gram[j, j] - gram[i, j] ** 2
+                if not determinant > 1e-6 * gram[i, i] * gram[j, j]:
+                    continue
+                a = (along[i] * gram[j, j] - along[j] * gram[i, j]) / determinant
+                b = (along[j] * gram[i, i] - along[i] * gram[i, j]) / determinant
+                if not (0.03 < a < 3.0 and 0.03 < b < 3.0):
+                    continue
+                left = float(target @ target - a * along[i] - b * along[j]) / target.size
+                key = frozenset((*first.names, *second.names))
+                if key not in found or left < found[key][0]:
+                    found[key] = (left, {**first.values, **second.values})
+        order = sorted(found.values(), key=lambda pair: pair[0])
+        return [values for _, values in order[: _KEPT_SETS + _KEPT_RESPONSES]]
+
+    def sets_upon(self, firsts: Sequence[Fit]) -> list[Fit]:
+        """Each of `firsts` with one more effect, the most promising started, not yet fitted."""
+        found: list[tuple[float, Fit]] = []
+        for first in firsts:
+            started = self.starts(first, self.names, _STARTS_IN_SETS)
+            target = self._thin(first)
+            basis = self._basis(first)
+            target = target - basis @ (basis.T @ target)
+            for one in started:
+                response = self._thin(first) - self._thin(one)
+                response = response - basis @ (basis.T @ response)
+                power = float(response @ response)
+                size = float(response @ target) / power if power > 0.0 else 0.0
+                size = min(max(size, 0.0), 3.0)
+                left = target - size * response
+                found.append((min(one.fitted, _robust(left)), one))
+        best: dict[frozenset[str], tuple[float, Fit]] = {}
+        for score, one in found:
+            key = frozenset(one.names)
+            if key not in best or score < best[key][0]:
+                best[key] = (score, one)
+        order = sorted(best.values(), key=lambda pair: pair[0])
+        return [one for _, one in order[:_KEPT_SETS]]
+
+    def _basis(self, fit: Fit) -> FloatArray:
+        """Orthonormal directions in which the fit can still move, on the thinned rows."""
+        if fit.jacobian is None:
+            return np.zeros((self._thin(fit).size, 0))
+        signals = fit.gap.shape[0]
+        columns = fit.jacobian.reshape(signals, -1, fit.jacobian.shape[1])[:, ::_STRIDE]
+        columns = columns * self._weights[:, :, None]
+        basis: FloatArray = np.linalg.qr(columns.reshape(-1, fit.jacobian.shape[1]))[0]
+        return basis
+
+
+def _robust(left: FloatArray) -> float:
+    return float(np.mean(LOSS_SCALE**2 * np.log1p((left / LOSS_SCALE) ** 2)))
+
+
+def _possible(name: str, start: object) -> bool:
+    values = dict(start)  # type: ignore[call-overload]
+    for quantity in CATALOGUE[name].parameters:
+        value = values.get(quantity.name, quantity.default)
+        if value is None or not np.isfinite(value):
+            return False
+        if not quantity.low <= value <= quantity.high:
+            return False
+    return True
+
+
+def _simplified(run: _Competition, best: Fit) -> Fit:
+    """`best`, or with a special case in an effect's place that does nearly as well."""
+    for name in best.names:
+        for simple in CATALOGUE[name].refines:
+            if simple in best.names or simple not in run.names:
+                continue
+            shared = {one.name for one in CATALOGUE[simple].parameters}
+            values = {key: dict(given) for key, given in best.values.items() if key != name}
+            values[simple] = {k: v for k, v in best.values[name].items() if k in shared}
+            start = run.fitter.evaluate(values)
+            (found,) = run.polish([start], 12)
+            if found.judged < 1.15 * best.judged + 0.05:
+                return found
+    return best
+
+
+def earns(with_it: Fit, without: Fit) -> bool:
+    """Whether the larger set lowers the misfit enough, on fitted and on held-out stretches."""
+    for after, before in ((with_it.fitted, without.fitted), (with_it.judged, without.judged)):
+        floor = min(0.9, after)
+        if before - after < _LEAST or (after - floor) > _WORTH * (before - floor):
+            return False
+    return True
+
+
+def compete(fitter: Fitter, names: Sequence[str], report: Report) -> Competition:
+    """Let the effects `names` compete for the gap; `report` takes a stage and the share done."""
+    run = _Competition(fitter, names, report)
+    singles = run.singles()
+    report("single effects", 0.6)
+    winner = run.nominal
+    rivals: list[Fit] = []
+    pool = list(singles)
+    best = _simplified(run, singles[0]) if singles else run.nominal
+    if singles and earns(best, run.nominal):
+        winner = best
+        rivals = [one for one in singles if one.names != best.names]
+    firsts = singles[:_FIRSTS]
+    size = 2
+    while misfit(best.judged) > AT_FLOOR and size <= _MOST_EFFECTS and firsts:
+        sets = run.sets_upon(firsts)
+        if size == 2:
+            keys = {frozenset(one.names) for one in sets}
+            extra = [v for v in run.pairs_of_responses() if frozenset(v) not in keys]
+            sets += run.map(fitter.evaluate, extra[:_KEPT_RESPONSES])
+        report(f"sets of {size}", 0.6 + 0.1 * (size - 1))
+        fitted = run.search(sets)
+        polished = run.polish(fitted[:2], 12)
+        fitted = sorted(polished + fitted[2:], key=lambda one: one.fitted)
+        report(f"sets of {size}", 0.65 + 0.1 * (size - 1))
+        pool += fitted
+        best = _simplified(run, fitted[0])
+        if not earns(best, winner):
+            break
+        winner = best
+        rivals = [one for one in fitted if set(one.names) != set(best.names)]
+        firsts = fitted[:2]
+        size += 1
+    winner, without = _pruned(run, winner, pool)
+    rivals.sort(key=lambda one: one.judged)
+    return Competition(run.nominal, tuple(singles), winner, tuple(rivals), without, run.replays)
+
+
+def _pruned(
+    run: _Competition, winner: Fit, pool: Sequence[Fit]
+) -> tuple[Fit, dict[str, Fit]]:
+    """Take out, one by one, what does not earn its place; with the fits that leave each one out."""
+    while True:
+        without = _leave_one_out(run, winner, pool)
+        idle = [name for name, rest in without.items() if not earns(winner, rest)]
+        if not idle or len(winner.names) == 0:
+            return winner, without
+        winner = min((without[name] for name in idle), key=lambda one: one.fitted)
+
+
+def _leave_one_out(run: _Competition, winner: Fit, pool: Sequence[Fit]) -> dict[str, Fit]:
+    found: dict[str, Fit] = {}
+    for name in winner.names:
+        rest = tuple(one for one in winner.names if one != name)
+        if not rest:
+            found[name] = run.nominal
+            continue
+        known = [one for one in pool if set(one.names) == set(rest)]
+        start = run.fitter.evaluate({key: winner.values[key] for key in rest})
+        candidates = [*known, *run.polish([start], 8)]
+        found[name] = min(candidates, key=lambda one: one.fitted)
+    return found

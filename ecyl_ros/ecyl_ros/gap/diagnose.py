@@ -1,0 +1,238 @@
+"""`diagnose`: a recording and a nominal drive in, where the gap lies, what causes it, how far it
+shrinks out."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Collection
+
+import numpy as np
+
+from ..drive.parameters import DriveParameters
+from ..drive.stability import check_stability
+from ..effects.catalogue import CATALOGUE
+from ..effects.effect import BLOCKS
+from ..errors import InputError
+from ..recording.signals import Recording
+from .attribute import Competition, compete, misfit
+from .diagnosis import Candidate, Cause, Diagnosis, FittedParameter, Series
+from .fit import Fit, Fitter
+from .intervals import intervals
+from .locate import by_condition, by_frequency, by_port, by_signal, pooled
+from .replay import BoolArray, Replay
+from .split import held_out
+from .verdict import (
+    EXPLAINED_SHRINK,
+    NAMED,
+    NO_GAP_RATIO,
+    PERFECT,
+    STRUCTURELESS,
+    alternatives,
+    confidence,
+    ratios,
+    standing,
+)
+
+SHORTEST_S = 1.5
+
+
+def diagnose(
+    recording: Recording,
+    drive: DriveParameters,
+    *,
+    without: Collection[str] = (),
+    source: str = "recording",
+    drive_name: str = "drive",
+    progress: Callable[[float], None] | None = None,
+) -> Diagnosis:
+    """Diagnose the gap between a recording and the nominal model.
+
+    Args:
+        recording: of the real drive.
+        drive: the nominal model.
+        without: effects that the diagnosis must do without.
+        source, drive_name: what messages call the two.
+        progress: called now and then with the share done, 0 to 1.
+
+    Raises:
+        InputError: unusable input: nothing to replay or compare, too short, an unstable loop, an
+            effect in `without` that does not exist.
+    """
+    begin = time.perf_counter()
+    unknown = sorted(set(without) - set(CATALOGUE))
+    if unknown:
+        raise InputError(f"no effect called {unknown[0]}; expected one of {', '.join(CATALOGUE)}")
+    check_stability(drive, drive_name)
+    if len(recording) and recording.duration_s < SHORTEST_S:
+        raise InputError(
+            f"{source}: {recording.duration_s:.3g} s long, expected at least {SHORTEST_S:g} s to "
+            "fit on one part and judge on another"
+        )
+    replay = Replay(recording, drive, source)
+    fitter = Fitter(replay, held_out(replay.time_s))
+    nominal = fitter.evaluate({})
+    usable = replay.usable
+    tell = progress or (lambda share: None)
+    tell(0.02)
+    if max(ratios(nominal, usable)) <= NO_GAP_RATIO:
+        competition = Competition(nominal, (), nominal, (), {}, 1)
+    else:
+        names = [name for name in CATALOGUE if name not in without]
+        competition = compete(fitter, names, lambda stage, share: tell(0.02 + 0.95 * share))
+    result = _assemble(replay, fitter, competition, source, drive_name, begin)
+    tell(1.0)
+    return result
+
+
+def _steps(fitter: Fitter, competition: Competition) -> list[Fit]:
+    """Fits as the causes are added in the order they earn their place, from the last back."""
+    chain = [competition.winner]
+    while len(chain[0].names) > 1:
+        full = chain[0]
+        options = []
+        for name in full.names:
+            rest = {key: value for key, value in full.values.items() if key != name}
+            known = competition.leave_one_out.get(name) if full is competition.winner else None
+            options.append(known or fitter.fit(fitter.evaluate(rest), steps=4))
+        chain.insert(0, min(options, key=lambda one: one.judged))
+    return chain
+
+
+def _assemble(
+    replay: Replay,
+    fitter: Fitter,
+    competition: Competition,
+    source: str,
+    drive_name: str,
+    begin: float,
+) -> Diagnosis:
+    nominal, winner = competition.nominal, competition.winner
+    held: BoolArray = fitter.held
+
+    def in_all(fit: Fit) -> float:
+        return pooled(replay, np.array(ratios(fit, held)))
+
+    floor = pooled(replay, np.ones(len(replay.signals)))
+    before = in_all(nominal)
+    place = standing(competition)
+    notes = list(replay.notes)
+    causes: list[Cause] = []
+    chain = _steps(fitter, competition) if winner.names else []
+    surplus = max(before - floor, 1e-12)
+    if winner.names:
+        order: list[str] = []
+        for fit in chain:
+            order += [name for name in fit.names if name not in order]
+        spans = intervals(winner, fitter.rows, replay.time_s)
+        previous = before
+        for name, fit in zip(order, chain, strict=True):
+            now = in_all(fit)
+            others = alternatives(competition, name)
+            sure = confidence(place, len(others))
+            rest = in_all(competition.leave_one_out[name])
+            effect = CATALOGUE[name]
+            parameters = []
+            for quantity in effect.reported:
+                value = winner.values[name][quantity.name]
+                low, high = spans.get((name, quantity.name), (value, value))
+                bound = f"{name}.{quantity.name}" in winner.bounds_hit
+                parameters.append(
+                    FittedParameter(quantity.name, quantity.unit, value, low, high, bound)
+                )
+                if bound:
+                    notes.append(f"{name}: {quantity.name} stands at the bound of its fit")
+            causes.append(
+                Cause(
+                    effect=name,
+                    block=effect.block,
+                    title=effect.title,
+                    confidence=sure,
+                    parameters=tuple(parameters),
+                    shrink=min(1.0, (previous - now) / surplus),
+                    shrink_alone_lost=min(1.0, (rest - in_all(winner)) / surplus),
+                    alternatives=others,
+                    excitation=effect.excitation,
+                )
+            )
+            previous = now
+    named = bool(causes) and min(one.confidence for one in causes) >= NAMED
+    if causes and not named:
+        tried = ", ".join(one.title for one in causes)
+        notes.append(f"closest in the catalogue, but too unlike to be named: {tried}")
+    final = winner if named else nominal
+    after = in_all(final)
+    shrink = max(0.0, min(1.0, (before - after) / surplus)) if named else 0.0
+    block = _block(competition, replay)
+    if max(ratios(nominal, replay.usable)) <= NO_GAP_RATIO:
+        verdict, block = "no_gap", None
+    elif not named:
+        verdict = "unexplained"
+    elif shrink >= EXPLAINED_SHRINK and misfit(winner.judged) / PERFECT <= STRUCTURELESS:
+        verdict = "explained"
+    else:
+        verdict = "partly_explained"
+    if named:
+        block = causes[0].block
+    if verdict == "no_gap":
+        causes, named = [], False
+    candidates = [Candidate(one.names, misfit(one.fitted), misfit(one.judged)) for one in _ranked(competition)]
+    return Diagnosis(
+        source=source,
+        drive=drive_name,
+        verdict=verdict,
+        block=block,
+        signals=by_signal(replay, nominal, final, held),
+        when=by_condition(replay, nominal.gap) if verdict != "no_gap" else (),
+        frequency_hz=by_frequency(replay, nominal.gap) if verdict != "no_gap" else (),
+        ports=by_port(replay),
+        causes=tuple(causes) if named else (),
+        before=before,
+        after=after,
+        floor=floor,
+        shrink=shrink,
+        steps=tuple(in_all(fit) for fit in chain) if named else (),
+        candidates=tuple(candidates),
+        notes=tuple(notes),
+        values={name: dict(given) for name, given in final.values.items()},
+        series=Series(
+            replay.time_s,
+            replay.reference_m,
+            replay.recorded,
+            replay.simulate(nominal.values),
+            replay.simulate(final.values),
+            fitter.held,
+            replay.usable,
+        ),
+        seconds=time.perf_counter() - begin,
+        replays=competition.replays,
+        misfit_before=misfit(nominal.judged),
+        misfit_after=misfit(final.judged),
+        duration_s=recording_duration(replay),
+        rate_hz=replay.recording.rate_hz,
+    )
+
+
+def recording_duration(replay: Replay) -> float:
+    """Length of the recording, s."""
+    return float(replay.time_s[-1])
+
+
+def _ranked(competition: Competition) -> list[Fit]:
+    pool = [competition.winner, *competition.rivals, *competition.singles, competition.nominal]
+    unique: dict[frozenset[str], Fit] = {}
+    for one in pool:
+        key = frozenset(one.names)
+        if key not in unique or one.judged < unique[key].judged:
+            unique[key] = one
+    return sorted(unique.values(), key=lambda one: one.judged)[:12]
+
+
+def _block(competition: Competition, replay: Replay) -> str | None:
+    """The block that the best effects act in, where none of them is named."""
+    best: dict[str, float] = {}
+    for one in competition.singles:
+        block = CATALOGUE[one.names[0]].block
+        best[block] = min(best.get(block, np.inf), one.judged)
+    if not best:
+        return None
+    return min(BLOCKS, key=lambda block: best.get(block, np.inf))

@@ -1,0 +1,226 @@
+"""What a diagnosis says: the data behind terminal summary, JSON and report."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+
+VERDICTS = ("no_gap", "explained", "partly_explained", "unexplained")
+
+
+@dataclass(frozen=True)
+class SignalGap:
+    """RMS of recorded less simulated on held-out stretches, in the signal's unit."""
+
+    name: str
+    unit: str
+    gap: float
+    after: float
+    floor: float
+
+
+@dataclass(frozen=True)
+class ConditionShare:
+    """Share of the gap's energy that falls under a condition, and the share of time it holds."""
+
+    condition: str
+    share: float
+    time_share: float
+
+
+@dataclass(frozen=True)
+class PortCheck:
+    """A block judged with measured signals at its ports: what its own equation leaves.
+
+    ratio: RMS of what is left over what noise alone leaves; 1 where the block is as modelled.
+    """
+
+    block: str
+    what: str
+    unit: str
+    rms: float
+    floor: float
+
+    @property
+    def ratio(self) -> float:
+        """RMS over floor."""
+        return self.rms / self.floor if self.floor > 0.0 else 0.0
+
+
+@dataclass(frozen=True)
+class FittedParameter:
+    """A parameter of a cause in SI units."""
+
+    name: str
+    unit: str
+    value: float
+    low: float
+    high: float
+    at_bound: bool = False
+
+
+@dataclass(frozen=True)
+class Cause:
+    """An effect that earned its place.
+
+    confidence: probability that it is a true cause, calibrated by the blind study.
+    shrink: share of the whole gap that adding it took off, in the order the causes are listed.
+    shrink_alone_lost: share that comes back when it alone is left out of the set.
+    alternatives: effects that this recording cannot tell from it.
+    excitation: what a recording would need to tell them apart.
+    """
+
+    effect: str
+    block: str
+    title: str
+    confidence: float
+    parameters: tuple[FittedParameter, ...]
+    shrink: float
+    shrink_alone_lost: float
+    alternatives: tuple[str, ...] = ()
+    excitation: str = ""
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A set of effects that competed: misfit over the noise floor, fitted and held out."""
+
+    effects: tuple[str, ...]
+    fitted: float
+    judged: float
+
+
+@dataclass(frozen=True, eq=False)
+class Series:
+    """Time series for pictures, at the recording's samples.
+
+    time_s: float64[n]. reference_m: float64[n]. recorded, before, after: float64[signals, n] in
+    the order of `Diagnosis.signals`. held_out: bool[n]. usable: bool[n].
+    """
+
+    time_s: FloatArray
+    reference_m: FloatArray
+    recorded: FloatArray
+    before: FloatArray
+    after: FloatArray
+    held_out: BoolArray
+    usable: BoolArray
+
+
+@dataclass(frozen=True, eq=False)
+class Diagnosis:
+    """The result of `diagnose`; see the module and `docs/diagnosis.md`.
+
+    Attributes:
+        source: what was diagnosed (a path). drive: the nominal model (a path or name).
+        verdict: one of `VERDICTS`. block: where the gap lies; None without a gap.
+        signals, when, frequency_hz, ports: where the gap lies, by signal, condition, frequency and
+            block.
+        causes: in the order they earn their place.
+        before, after, floor, shrink: pooled over the signals, on held-out stretches, each signal
+            over the standard deviation of its recorded signal. `steps` holds the pooled gap after
+            each cause was added, in order (waterfall).
+        candidates: what competed, best first.
+        notes: what could not be judged or told, one line each.
+        values: {effect: {parameter: value}} of the causes, shape parameters included, as a drive
+            file takes them.
+        seconds, replays: what it took.
+    """
+
+    source: str
+    drive: str
+    verdict: str
+    block: str | None
+    signals: tuple[SignalGap, ...]
+    when: tuple[ConditionShare, ...]
+    frequency_hz: tuple[float, ...]
+    ports: tuple[PortCheck, ...]
+    causes: tuple[Cause, ...]
+    before: float
+    after: float
+    floor: float
+    shrink: float
+    steps: tuple[float, ...]
+    candidates: tuple[Candidate, ...]
+    notes: tuple[str, ...]
+    values: dict[str, dict[str, float]]
+    series: Series
+    seconds: float = 0.0
+    replays: int = 0
+    misfit_before: float = 0.0
+    misfit_after: float = 0.0
+    duration_s: float = 0.0
+    rate_hz: float = 0.0
+
+    def as_json(self) -> dict[str, Any]:
+        """The diagnosis as plain data, schema `ecyl.diagnosis/1`."""
+        return {
+            "schema": "ecyl.diagnosis/1",
+            "recording": self.source,
+            "drive": self.drive,
+            "verdict": self.verdict,
+            "location": {
+                "block": self.block,
+                "signals": [
+                    {
+                        "name": one.name,
+                        "unit": one.unit,
+                        "gap": one.gap,
+                        "after": one.after,
+                        "floor": one.floor,
+                    }
+                    for one in self.signals
+                ],
+                "when": [
+                    {
+                        "condition": one.condition,
+                        "share": one.share,
+                        "time_share": one.time_share,
+                    }
+                    for one in self.when
+                ],
+                "frequency_hz": list(self.frequency_hz),
+                "ports": [
+                    {
+                        "block": one.block,
+                        "what": one.what,
+                        "unit": one.unit,
+                        "rms": one.rms,
+                        "floor": one.floor,
+                    }
+                    for one in self.ports
+                ],
+            },
+            "causes": [
+                {
+                    "effect": one.effect,
+                    "confidence": one.confidence,
+                    "parameters": {
+                        p.name: {"value": p.value, "ci95": [p.low, p.high], "at_bound": p.at_bound}
+                        for p in one.parameters
+                    },
+                    "shrink": one.shrink,
+                    "alternatives": list(one.alternatives),
+                }
+                for one in self.causes
+            ],
+            "gap": {
+                "before": self.before,
+                "after": self.after,
+                "floor": self.floor,
+                "shrink": self.shrink,
+                "held_out": True,
+            },
+            "candidates": [
+                {"effects": list(one.effects), "fitted": one.fitted, "held_out": one.judged}
+                for one in self.candidates
+            ],
+            "notes": list(self.notes),
+            "seconds": self.seconds,
+        }

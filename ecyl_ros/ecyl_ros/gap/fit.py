@@ -1,0 +1,260 @@
+"""Least-squares fits of effects' parameters to a recording, by replaying it in closed loop."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from scipy.optimize import least_squares, minimize_scalar
+
+from ..effects.catalogue import CATALOGUE
+from ..effects.effect import Quantity
+from .replay import BoolArray, FloatArray, Replay
+
+Values = dict[str, dict[str, float]]  # {effect: {parameter: value}}
+
+LOSS_SCALE = 3.0  # in noise floors: beyond it a difference counts less than its square
+# Steps of the numerical derivatives in the fit's coordinates. Where the flanks meet, the response
+# to a small change is a spike; coarse steps see the valley that the spikes stand in.
+COARSE, MEDIUM, FINE = 0.15, 0.02, 2e-3
+_BRACKET = 0.8  # half width of a search along one parameter, in the fit's coordinates
+_REACH = 60.0  # a fit may change a positive parameter by this factor either way
+_CONVERGED = 1e-5
+
+
+def cost(gap: FloatArray, rows: BoolArray) -> float:
+    """Robust mean square of a gap (signals, n) over its noise floor on the rows chosen.
+
+    Cauchy's: c^2 log(1 + (z / c)^2) in place of z^2. An impact of the flanks that comes a sample
+    early is a spike in speed and voltage, with its mirror image a sample later; squared, such
+    spikes hide how near a fit is and cut its valley into pieces. 0.85 for a perfect model.
+    """
+    return float(np.mean(LOSS_SCALE**2 * np.log1p((gap[:, rows] / LOSS_SCALE) ** 2)))
+
+
+@dataclass(frozen=True)
+class Coordinate:
+    """One fitted parameter: in logarithms where it cannot change sign, else over a scale."""
+
+    effect: str
+    quantity: Quantity
+    logarithmic: bool
+    scale: float
+    low: float
+    high: float
+
+    @classmethod
+    def around(cls, effect: str, quantity: Quantity, value: float) -> Coordinate:
+        """The coordinate for a fit that starts at `value`."""
+        if quantity.low >= 0.0 and value > 0.0:
+            low = math.log(max(quantity.low, value / _REACH, 1e-300))
+            high = math.log(min(quantity.high, value * _REACH))
+            return cls(effect, quantity, True, 1.0, low, high)
+        scale = 1.0 if quantity.nuisance else max(abs(value), 1e-9)
+        return cls(effect, quantity, False, scale, quantity.low / scale, quantity.high / scale)
+
+    @property
+    def fineness(self) -> float:
+        """Share of the common difference that suits this parameter.
+
+        Over many periods a small change of order or frequency is a large change of phase.
+        """
+        return 0.02 if self.quantity.unit in ("1", "Hz") and self.logarithmic else 1.0
+
+    def inward(self, value: float) -> float:
+        """Coordinate of a value, kept a little off the bounds."""
+        raw = math.log(max(value, 1e-300)) if self.logarithmic else value / self.scale
+        margin = 1e-6 * max(1.0, min(abs(self.low), abs(self.high)))
+        return min(max(raw, self.low + margin), self.high - margin)
+
+    def outward(self, coordinate: float) -> float:
+        """Value of a coordinate."""
+        if self.logarithmic:
+            return math.exp(coordinate)
+        return coordinate * self.scale
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """Effects with fitted parameters.
+
+    Attributes:
+        values: {effect: {parameter: value}}.
+        gap: float64[signals, n], what is left over the noise floor.
+        fitted, judged: `cost` on the fitted and on the held-out stretches.
+        coordinates: the fitted parameters, and `jacobian` float64[signals x fitted rows, k] of the
+            gap by their coordinates at the end of the fit (None for values not fitted).
+        replays: how many runs it took.
+    """
+
+    values: Values
+    gap: FloatArray
+    fitted: float
+    judged: float
+    coordinates: tuple[Coordinate, ...] = ()
+    jacobian: FloatArray | None = None
+    replays: int = field(default=1)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The effects, in the order they were given."""
+        return tuple(self.values)
+
+    @property
+    def bounds_hit(self) -> tuple[str, ...]:
+        """Parameters that stand at a bound of the fit, as effect.parameter."""
+        found = []
+        for one in self.coordinates:
+            value = self.values[one.effect][one.quantity.name]
+            at = one.inward(value)
+            slack = 1e-4 * max(1.0, one.high - one.low)
+            if not one.quantity.nuisance and (at - one.low < slack or one.high - at < slack):
+                found.append(f"{one.effect}.{one.quantity.name}")
+        return tuple(found)
+
+
+class Fitter:
+    """Evaluates and fits sets of effects on one replay."""
+
+    def __init__(self, replay: Replay, held: BoolArray) -> None:
+        self.replay = replay
+        self.held = held & replay.usable
+        self.rows = ~held & replay.usable
+
+    def evaluate(self, values: Mapping[str, Mapping[str, float]]) -> Fit:
+        """What is left with given parameters."""
+        full = {name: CATALOGUE[name].complete(given) for name, given in values.items()}
+        gap = self.replay.gap(full)
+        return Fit(full, gap, cost(gap, self.rows), cost(gap, self.held))
+
+    def search(self, start: Fit) -> Fit:
+        """Fit from afar, without the parameters that only shape an effect.
+
+        One parameter: golden sections and parabolas along its valley, which no spike can mislead.
+        Several: least squares with coarse derivatives first, then with finer ones.
+        """
+        if len(self._coordinates(start, nuisances=False)) == 1:
+            return self._search_along(start)
+        found = self.fit(start, steps=6, difference=COARSE)
+        finer = self.fit(found, steps=4, difference=MEDIUM)
+        return dataclasses.replace(finer, replays=found.replays + finer.replays)
+
+    def _search_along(self, start: Fit) -> Fit:
+        (one,) = self._coordinates(start, nuisances=False)
+        best, replays = start, 0
+
+        def at(point: float) -> float:
+            nonlocal best, replays
+            values = {name: dict(given) for name, given in start.values.items()}
+            values[one.effect][one.quantity.name] = one.outward(float(point))
+            found = self.evaluate(values)
+            replays += 1
+            if found.fitted < best.fitted:
+                best = found
+            return found.fitted
+
+        middle = one.inward(start.values[one.effect][one.quantity.name])
+        width = _BRACKET
+        for _ in range(2):
+            low, high = max(one.low, middle - width), min(one.high, middle + width)
+            found = minimize_scalar(
+                at, bounds=(low, high), method="bounded", options={"xatol": 1e-3, "maxiter": 13}
+            )
+            edge = 0.08 * (high - low)
+            if low + edge < found.x < high - edge:
+                break
+            middle = float(found.x)  # the valley lies beyond: once more around its rim
+        return dataclasses.replace(best, replays=replays)
+
+    @staticmethod
+    def _coordinates(start: Fit, *, nuisances: bool) -> tuple[Coordinate, ...]:
+        return tuple(
+            Coordinate.around(name, quantity, start.values[name][quantity.name])
+            for name in start.values
+            for quantity in CATALOGUE[name].parameters
+            if nuisances or not quantity.nuisance or quantity.name == "phase_rad"
+        )
+
+    def fit(
+        self,
+        start: Fit,
+        *,
+        steps: int,
+        nuisances: bool = False,
+        difference: float = FINE,
+    ) -> Fit:
+        """Fit from `start`, with at most `steps` derivatives.
+
+        nuisances: fit the parameters that only shape an effect (a friction's presliding) too;
+        phases always are. difference: step of the numerical derivatives.
+        """
+        # Far from the floor the scale of the loss is that of the gap, so that all of it pulls.
+        loss_scale = max(LOSS_SCALE, 3.0 * float(np.median(np.abs(start.gap[:, self.rows]))))
+        coordinates = self._coordinates(start, nuisances=nuisances)
+        if not coordinates:
+            return start
+        best = start
+        replays = 0
+        jacobians: dict[bytes, FloatArray] = {}
+        seen: dict[bytes, Fit] = {}
+
+        def at(point: FloatArray) -> Fit:
+            nonlocal best, replays
+            key = point.tobytes()
+            if key not in seen:
+                values = {name: dict(given) for name, given in start.values.items()}
+                for one, coordinate in zip(coordinates, point, strict=True):
+                    values[one.effect][one.quantity.name] = one.outward(float(coordinate))
+                seen[key] = self.evaluate(values)
+                replays += 1
+                if seen[key].fitted < best.fitted:
+                    best = seen[key]
+            return seen[key]
+
+        def residual(point: FloatArray) -> FloatArray:
+            return at(point).gap[:, self.rows].ravel()
+
+        def jacobian(point: FloatArray) -> FloatArray:
+            base = residual(point)
+            columns = np.empty((base.size, len(coordinates)))
+            for index, one in enumerate(coordinates):
+                step = difference * one.fineness
+                if point[index] + step > one.high:
+                    step = -step
+                moved = point.copy()
+                moved[index] += step
+                columns[:, index] = (residual(moved) - base) / step
+            jacobians[point.tobytes()] = columns
+            return columns
+
+        begin = np.array(
+            [one.inward(start.values[one.effect][one.quantity.name]) for one in coordinates]
+        )
+        result = least_squares(
+            residual,
+            begin,
+            jac=jacobian,
+            bounds=([one.low for one in coordinates], [one.high for one in coordinates]),
+            x_scale=1.0,
+            max_nfev=steps,
+            ftol=_CONVERGED,
+            xtol=1e-7,
+            gtol=None,
+            loss="cauchy",
+            f_scale=loss_scale,
+        )
+        last = jacobians.get(result.x.tobytes())
+        if last is None and jacobians:
+            last = list(jacobians.values())[-1]
+        return Fit(
+            best.values,
+            best.gap,
+            best.fitted,
+            best.judged,
+            coordinates,
+            last,
+            replays,
+        )

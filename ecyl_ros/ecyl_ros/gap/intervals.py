@@ -1,0 +1,59 @@
+"""95 % intervals of fitted parameters that hold although what is left of the gap is not white."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from scipy.stats import t as student
+
+from .fit import LOSS_SCALE, Fit
+from .replay import BoolArray, FloatArray
+from .split import STRETCH_S
+
+
+def covariance(fit: Fit, rows: BoolArray, time_s: FloatArray) -> tuple[FloatArray, int]:
+    """Covariance of the fit's coordinates, and how many stretches it rests on.
+
+    The sandwich estimator over stretches of the recording: within a stretch the residual may be
+    correlated as it likes. Never less than what white noise at the floor would give.
+    """
+    jacobian = fit.jacobian
+    if jacobian is None:
+        return np.zeros((0, 0)), 0
+    size = jacobian.shape[1]
+    signals = fit.gap.shape[0]
+    residual = fit.gap[:, rows]
+    weight = 1.0 / (1.0 + (residual / LOSS_SCALE) ** 2)
+    columns = jacobian.reshape(signals, -1, size)
+    hessian = np.einsum("snk,sn,snl->kl", columns, weight, columns)
+    inverse = np.linalg.pinv(hessian, rcond=1e-12, hermitian=True)
+    stretch = np.floor(time_s[rows] / STRETCH_S).astype(np.int64)
+    scores = np.einsum("snk,sn->nk", columns, weight * residual)
+    labels = np.unique(stretch)
+    summed = np.array([scores[stretch == label].sum(axis=0) for label in labels])
+    count = len(labels)
+    correction = count / max(count - 1, 1)
+    sandwich = inverse @ (correction * summed.T @ summed) @ inverse
+    variance = np.maximum(np.diag(sandwich), np.diag(inverse))
+    result: FloatArray = np.diag(variance)
+    return result, count
+
+
+def intervals(
+    fit: Fit, rows: BoolArray, time_s: FloatArray
+) -> dict[tuple[str, str], tuple[float, float]]:
+    """95 % interval of each fitted parameter: {(effect, parameter): (low, high)}."""
+    spread, count = covariance(fit, rows, time_s)
+    found = {}
+    quantile = float(student.ppf(0.975, max(count - 1, 2)))
+    for index, one in enumerate(fit.coordinates):
+        value = fit.values[one.effect][one.quantity.name]
+        raw = math.log(max(value, 1e-300)) if one.logarithmic else value / one.scale
+        half = quantile * math.sqrt(max(float(spread[index, index]), 0.0))
+        low, high = one.outward(raw - min(half, 50.0)), one.outward(raw + min(half, 50.0))
+        found[one.effect, one.quantity.name] = (
+            max(min(low, high), one.quantity.low),
+            min(max(low, high), one.quantity.high),
+        )
+    return found

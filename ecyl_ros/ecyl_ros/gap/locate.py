@@ -1,0 +1,243 @@
+"""Where the gap lies: by signal, by condition, by frequency, and by block.
+
+Blocks are judged each with measured signals at its own ports, so that the closed loop does not
+smear the fault of one over all.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from scipy.signal import find_peaks, savgol_filter, welch
+
+from ..drive.cascade import cascade_step, initial_cascade_state
+from ..drive.compiled import kernel
+from .diagnosis import ConditionShare, PortCheck, SignalGap
+from .evidence import Smoother, gather
+from .fit import Fit
+from .replay import BoolArray, FloatArray, Replay
+
+_REVERSAL_S = 0.06  # before and after the rotor's speed changes sign
+_LOW_SHARE = 0.05  # of the largest speed
+_HIGH_SHARE = 0.5  # of the largest torque or acceleration
+_CROWDED = 0.1  # share of stroke or time within which a gap counts as gathered
+_LINES = 3
+
+
+def by_signal(replay: Replay, before: Fit, after: Fit, rows: BoolArray) -> tuple[SignalGap, ...]:
+    """RMS of the gap before and after in each signal's unit, on `rows`."""
+    found = []
+    for index, one in enumerate(replay.signals):
+        known = rows & np.isfinite(replay.recorded[index])
+        floor = float(replay.floor[index])
+        values = [
+            float(np.sqrt(np.mean(fit.gap[index, known] ** 2))) * floor if known.any() else 0.0
+            for fit in (before, after)
+        ]
+        found.append(SignalGap(one.name, one.unit, values[0], values[1], floor))
+    return tuple(found)
+
+
+def pooled(replay: Replay, gaps: FloatArray) -> float:
+    """RMS per signal, each over the standard deviation of its recorded signal, pooled.
+
+    gaps: float64[signals] in units of the noise floor.
+    """
+    spread = np.nanstd(replay.recorded, axis=1)
+    shares = gaps * replay.floor / np.where(spread > 0.0, spread, np.inf)
+    return float(np.sqrt(np.mean(shares**2)))
+
+
+def by_condition(replay: Replay, gap: FloatArray) -> tuple[ConditionShare, ...]:
+    """Shares of the gap's energy under the conditions of motion, largest surplus first.
+
+    gap: float64[signals, n] over the noise floor. Each signal counts alike.
+    """
+    energy = _energy(gap) * replay.usable
+    total = float(energy.sum())
+    if total <= 0.0:
+        return ()
+    evidence = gather(replay, {})
+    speed = evidence.rotor_speed_rad_s
+    smooth = Smoother(replay.time_s)
+    speed = smooth(speed)
+    acceleration = smooth(speed, 1)
+    top = float(np.nanmax(np.abs(speed), initial=0.0))
+    masks: dict[str, BoolArray] = {}
+    crossing = np.zeros(len(speed), dtype=bool)
+    crossing[1:] = np.signbit(speed[1:]) != np.signbit(speed[:-1])
+    width = max(1, round(_REVERSAL_S / smooth.step))
+    near = np.convolve(crossing, np.ones(2 * width + 1), mode="same") > 0.0
+    moving = np.abs(speed) > 0.01 * top
+    about = np.convolve(moving, np.ones(4 * width + 1), mode="same") > 0.0
+    masks["reversal"] = near & about
+    masks["rest"] = ~about
+    masks["low_speed"] = (np.abs(speed) < _LOW_SHARE * top) & about & ~near
+    masks["high_speed"] = np.abs(speed) > _HIGH_SHARE * top
+    masks["acceleration"] = np.abs(acceleration) > _HIGH_SHARE * float(np.abs(acceleration).max())
+    current = evidence.current_a
+    if np.isfinite(current).any():
+        smooth_current = np.abs(smooth(current))
+        masks["high_torque"] = smooth_current > _HIGH_SHARE * float(np.nanmax(smooth_current))
+    found = [
+        ConditionShare(name, float(energy[mask].sum()) / total, float(mask.mean()))
+        for name, mask in masks.items()
+    ]
+    found.append(_gathered("position", replay.reference_m, energy))
+    found.append(_gathered("time", replay.time_s, energy))
+    found.sort(key=lambda one: one.time_share - one.share)
+    return tuple(found)
+
+
+def _energy(gap: FloatArray) -> FloatArray:
+    each = gap**2
+    scale = each.mean(axis=1, keepdims=True)
+    summed: FloatArray = np.sum(each * (scale > 1.2**2), axis=0)
+    return summed if summed.any() else np.sum(each, axis=0)
+
+
+def _gathered(name: str, over: FloatArray, energy: FloatArray) -> ConditionShare:
+    """How much of the energy falls into the tenth of `over`'s range that holds most of it."""
+    low, high = float(np.nanmin(over)), float(np.nanmax(over))
+    if not high > low:
+        return ConditionShare(name, 1.0, 1.0)
+    bins = np.clip(((over - low) / (high - low) / _CROWDED).astype(np.int64), 0, 9)
+    shares = np.bincount(bins, weights=energy, minlength=10) / energy.sum()
+    best = int(np.argmax(shares))
+    return ConditionShare(name, float(shares[best]), float(np.mean(bins == best)))
+
+
+def by_frequency(replay: Replay, gap: FloatArray) -> tuple[float, ...]:
+    """The strongest lines of the gap, Hz: peaks of its spectrum pooled over the signals."""
+    rate = 1.0 / float(np.median(np.diff(replay.time_s)))
+    length = min(gap.shape[1], int(4.0 * rate))
+    frequency, density = welch(gap, rate, nperseg=length, detrend="constant", axis=1)
+    noise = 2.0 / rate  # density of white noise of variance 1
+    total = density.sum(axis=0)
+    level = noise * gap.shape[0]
+    peaks, _ = find_peaks(np.concatenate([[0.0], total]), height=4.0 * level)
+    peaks = peaks - 1
+    peaks = peaks[frequency[peaks] > 0.0]
+    order = peaks[np.argsort(-total[peaks])][:_LINES]
+    return tuple(float(frequency[row]) for row in order)
+
+
+@kernel
+def _controller_voltage(reference, velocity, angle, speed, current, rod, params, state, out):
+    """The cascade fed with measured signals, tick by tick; fills `out` (float64[n]) with u_q."""
+    measured = np.zeros(7)
+    voltage = np.zeros(2)
+    for tick in range(out.shape[0]):
+        measured[0] = angle[tick]
+        measured[1] = speed[tick]
+        measured[2] = rod[tick]
+        measured[5] = current[tick]
+        cascade_step(state, reference[tick], velocity[tick], measured, params, voltage)
+        out[tick] = voltage[1]
+
+
+def by_port(replay: Replay) -> tuple[PortCheck, ...]:
+    """Each block's own equation with measured signals at its ports, recorded less replayed."""
+    return tuple(
+        check
+        for check in (_controller(replay), *_physics(replay))
+        if check is not None and math.isfinite(check.rms)
+    )
+
+
+def _controller(replay: Replay) -> PortCheck | None:
+    """The voltage that the nominal cascade would command on what was measured."""
+    signals = {one.name: values for one, values in zip(replay.signals, replay.recorded, strict=True)}
+    needed = ("rotor_position", "rotor_velocity", "current_q", "voltage_q")
+    if any(name not in signals or not np.isfinite(signals[name]).all() for name in needed):
+        return None
+    if replay.drive.controller.feedback == "rod" and "rod_position" not in signals:
+        return None
+    tick = 1.0 / replay.drive.controller.rate
+    ticks = np.arange(int(replay.time_s[-1] / tick)) * tick
+    fine = {
+        name: np.interp(ticks, replay.time_s, values)
+        for name, values in signals.items()
+        if np.isfinite(values).all()
+    }
+    reference = np.interp(ticks, replay.time_s, replay.reference_m)
+    velocity = np.gradient(reference, tick)
+    params = replay.packed({})
+    out = np.empty(len(ticks))
+    _controller_voltage(
+        reference,
+        velocity,
+        fine["rotor_position"],
+        fine["rotor_velocity"],
+        fine["current_q"],
+        fine.get("rod_position", np.zeros(len(ticks))),
+        params,
+        initial_cascade_state(),
+        out,
+    )
+    left = signals["voltage_q"] - np.interp(replay.time_s, ticks, out)
+    # Integrals fed with noise drift slowly; what the proportional paths give does not.
+    step = float(np.median(np.diff(replay.time_s)))
+    points = 2 * round(0.05 / step) + 1
+    if len(left) <= points:
+        return None
+    left = left - savgol_filter(left, points, 1)
+    stated = replay.proportional_noise_v
+    rms = float(np.sqrt(np.median(left[replay.usable] ** 2) / 0.455))
+    return PortCheck("controller", "voltage commanded on measured signals", "V", rms, stated)
+
+
+def _physics(replay: Replay) -> list[PortCheck]:
+    """Voltage, torque and position balance, recorded less replayed through the same filters."""
+    evidence = gather(replay, {})
+    smooth = Smoother(replay.time_s)
+    motor = replay.drive.motor
+    floors = {one.name: float(f) for one, f in zip(replay.signals, replay.floor, strict=True)}
+    still = np.convolve(np.ones(smooth.points), np.ones(1)) / smooth.points
+    average = float(np.sqrt(np.sum(still**2)))
+    slope = math.sqrt(12.0 / (smooth.step**2 * smooth.points**3))
+    found = []
+    columns = replay.full({})
+    simulated = {one.name: columns[one.column] for one in replay.signals}
+    if np.isfinite(evidence.voltage_v).any() and np.isfinite(evidence.current_a).any():
+        balance = []
+        for voltage, current, speed in (
+            (evidence.voltage_v, evidence.current_a, evidence.rotor_speed_rad_s),
+            (
+                simulated["voltage_q"],
+                simulated["current_q"],
+                simulated.get("rotor_velocity", evidence.rotor_speed_rad_s),
+            ),
+        ):
+            balance.append(
+                smooth(voltage)
+                - motor.resistance * smooth(current)
+                - motor.inductance * smooth(current, 1)
+                - motor.back_emf_constant * smooth(speed)
+            )
+        left = (balance[0] - balance[1])[replay.usable]
+        noise = floors["current_q"]
+        floor = math.sqrt(
+            (motor.resistance * noise * average) ** 2
+            + (motor.inductance * noise * slope) ** 2
+            + (motor.back_emf_constant * floors.get("rotor_velocity", 0.0) * average) ** 2
+        )
+        rms = float(np.sqrt(np.nanmean(left**2)))
+        found.append(PortCheck("motor_electrical", "voltage balance", "V", rms, floor))
+    torque = evidence.torque_nm
+    if np.isfinite(torque).sum() > 50:
+        inertia = motor.rotor_inertia + replay.drive.load.inertia
+        floor = math.hypot(
+            motor.torque_constant * floors["current_q"] * average,
+            inertia * floors.get("rotor_velocity", 0.0) * slope,
+        )
+        rms = float(np.sqrt(np.nanmean(torque**2)))
+        found.append(PortCheck("motor_mechanical", "torque balance in contact", "N m", rms, floor))
+    rod = evidence.rod_error_rad[replay.usable]
+    if np.isfinite(rod).any():
+        ratio = replay.drive.transmission.rod_per_rotor
+        floor = math.hypot(floors["rod_position"] / ratio, floors["rotor_position"])
+        rms = float(np.sqrt(np.nanmean(rod**2)))
+        found.append(PortCheck("transmission", "rod against rotor", "rad", rms, floor))
+    return found

@@ -1,0 +1,328 @@
+"""The recorded run once more, on the nominal drive with a set of effects: what all fits compare."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import CubicHermiteSpline, CubicSpline
+
+from ..drive.cascade import initial_cascade_state
+from ..drive.engine import COLUMNS, MEASUREMENT, VOLTAGE, run_ticks
+from ..drive.packed import fastest_rate, pack
+from ..drive.parameters import DriveParameters
+from ..drive.plant import MEASURED, initial_state, voltage_queue
+from ..errors import InputError
+from ..recording.signals import Recording
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+Effects = Mapping[str, Mapping[str, float]]
+
+
+@dataclass(frozen=True)
+class Signal:
+    """One signal that recording and replay are compared in.
+
+    name: as the diagnosis calls it. unit: SI. recorded: the `Recording` field. column: of the
+    engine's samples.
+    """
+
+    name: str
+    unit: str
+    recorded: str
+    column: int
+
+
+def _measured(name: str) -> int:
+    return MEASUREMENT + MEASURED.index(name)
+
+
+SIGNALS = (
+    Signal("rotor_position", "rad", "rotor_position_rad", _measured("rotor_position_rad")),
+    Signal(
+        "rotor_velocity", "rad/s", "rotor_velocity_rad_per_s", _measured("rotor_velocity_rad_per_s")
+    ),
+    Signal("current_q", "A", "current_q_a", _measured("current_q_a")),
+    Signal("voltage_q", "V", "voltage_q_v", VOLTAGE + 1),
+    Signal("rod_position", "m", "rod_position_m", _measured("rod_position_m")),
+)
+
+# A step of the replay's integrator times the drive's fastest rate: its error stays far below the
+# noise floor, and it takes half the time of the emulator's own.
+_REPLAY_RATE_STEP = 0.25
+_MOST_SUBSTEPS = 40  # per tick; a fit that wanders to an absurdly stiff drive must not take for ever
+
+# Where drive files state no noise and signals are coarse, the recording's own roughness gives it.
+_ROUGHNESS_ORDER = 3
+_QUIET_COMMAND = 0.15  # floor of a command without noise, as a share of what noise would make it
+_SETTLING_S = 0.3  # left out where the run does not begin at rest, or a long gap ends
+_LONG_GAP_S = 0.02  # a gap the loop notices when the reference is filled in by a spline
+
+
+def roughness(values: FloatArray) -> float:
+    """Standard deviation of the white noise in a sampled smooth signal.
+
+    From third differences, by the median, so that neither smooth motion nor single impacts count;
+    0 where fewer than 50 values are there.
+    """
+    finite = values[np.isfinite(values)]
+    if finite.size < 50:
+        return 0.0
+    differences = np.diff(finite, _ROUGHNESS_ORDER)
+    scale = math.sqrt(math.comb(2 * _ROUGHNESS_ORDER, _ROUGHNESS_ORDER))
+    return float(1.4826 * np.median(np.abs(differences)) / scale)
+
+
+def declared_noise(drive: DriveParameters) -> dict[str, float]:
+    """Standard deviation of each signal's noise as the drive file states it, in its unit.
+
+    The commanded voltage carries no noise of its own: its floor is what the noise of the measured
+    signals becomes on its way through the cascade's proportional gains.
+    """
+    sensors, controller = drive.sensors, drive.controller
+    position = math.hypot(
+        sensors.rotor_position_noise, sensors.rotor_position_resolution / math.sqrt(12.0)
+    )
+    rod = math.hypot(sensors.rod_position_noise, sensors.rod_position_resolution / math.sqrt(12.0))
+    fed_back = rod / drive.transmission.rod_per_rotor if controller.feedback == "rod" else position
+    speed = math.hypot(sensors.rotor_velocity_noise, controller.position.kp * fed_back)
+    current = math.hypot(sensors.current_noise, controller.speed.kp * speed)
+    return {
+        "rotor_position": position,
+        "rotor_velocity": sensors.rotor_velocity_noise,
+        "current_q": sensors.current_noise,
+        "voltage_q": controller.current.kp * current,
+        "rod_position": rod,
+    }
+
+
+def silent(drive: DriveParameters) -> DriveParameters:
+    """The drive without noise and quantisation."""
+    sensors = dataclasses.replace(
+        drive.sensors,
+        rotor_position_noise=0.0,
+        rotor_velocity_noise=0.0,
+        current_noise=0.0,
+        rod_position_noise=0.0,
+        rotor_position_resolution=0.0,
+        rod_position_resolution=0.0,
+    )
+    return dataclasses.replace(drive, sensors=sensors)
+
+
+class Replay:
+    """Replays a recording's reference through the drive's model and compares.
+
+    Attributes:
+        drive: the nominal model, free of noise.
+        signals: those that the recording holds, in the order of `SIGNALS`.
+        recorded: float64[signals, n], NaN where nothing was measured.
+        floor: float64[signals], standard deviation of the measurement noise, in SI units.
+        time_s: float64[n], from the recording's first stamp.
+        usable: bool[n], False while the replay settles (not at rest at the start, long gaps).
+        notes: what could not be used, one line each.
+
+    Raises:
+        InputError: no reference to replay, no signal to compare with, or too little of either.
+    """
+
+    def __init__(self, recording: Recording, drive: DriveParameters, source: str) -> None:
+        self.recording = recording
+        self.nominal = drive
+        self.drive = silent(drive)
+        self.notes: list[str] = []
+        self.time_s = np.asarray(recording.time_s)
+        self._source = source
+        self._check()
+        self.signals = tuple(one for one in SIGNALS if recording.has(one.recorded))
+        missing = [one.name for one in SIGNALS if one not in self.signals]
+        if missing:
+            self.notes.append(f"not recorded, hence not judged: {', '.join(missing)}")
+        self.recorded = np.array([recording.signal(one.recorded) for one in self.signals])
+        stated = declared_noise(drive)
+        self.floor = np.array(
+            [
+                self._floor(one, values, stated[one.name])
+                for one, values in zip(self.signals, self.recorded, strict=True)
+            ]
+        )
+        # Voltage noise that the cascade makes of noise in what it measures.
+        self.proportional_noise_v = max(stated["voltage_q"], 1e-12)
+        self._lay_grid()
+        self._lay_reference()
+        self._find_start()
+
+    def _check(self) -> None:
+        recording = self.recording
+        if len(recording) < 200:
+            raise InputError(
+                f"{self._source}: {len(recording)} samples, expected at least 200 to diagnose"
+            )
+        known = np.isfinite(recording.reference_position_m)
+        if known.sum() < 0.5 * len(recording):
+            raise InputError(
+                f"{self._source}: /ecyl/reference holds {int(known.sum())} of {len(recording)} "
+                "positions, expected at least half of them to replay the loop"
+            )
+        if not any(recording.has(one.recorded) for one in SIGNALS):
+            raise InputError(
+                f"{self._source}: no rotor, rod, current or voltage signal, expected at least one"
+            )
+
+    @staticmethod
+    def _floor(signal: Signal, values: FloatArray, stated: float) -> float:
+        measured = roughness(values)
+        if signal.name == "voltage_q" and stated > 0.0:
+            # Noise that only the recording has never gets into the command.
+            return min(stated, max(measured, _QUIET_COMMAND * stated))
+        scale = float(np.nanstd(values)) or 1.0
+        return max(stated, measured, 1e-9 * scale)
+
+    def _lay_grid(self) -> None:
+        """Ticks per sample of the replay, and where the recording's samples lie on its grid."""
+        rate = self.drive.controller.rate
+        ratio = rate / self.recording.rate_hz
+        whole = max(1, round(ratio))
+        step = whole / rate
+        index = self.time_s / step
+        on_grid = bool(np.all(np.abs(index - np.round(index)) < 0.01))
+        if abs(ratio / whole - 1.0) > 0.01 or not on_grid:
+            # Uneven stamps or another rate: replay finely and interpolate.
+            whole = max(1, min(whole, round(rate / 1000.0)))
+            step = whole / rate
+        self._every = whole
+        self._grid_step = step
+        self._rows = np.round(index).astype(np.int64) if on_grid else None
+        self._samples = int(math.ceil(self.time_s[-1] / step - 1e-6)) + 1
+
+    def _lay_reference(self) -> None:
+        position = self.recording.reference_position_m
+        velocity = self.recording.reference_velocity_m_per_s
+        known = np.isfinite(position)
+        time = self.time_s[known]
+        if np.isfinite(velocity[known]).all():
+            spline = CubicHermiteSpline(time, position[known], velocity[known])
+        else:
+            spline = CubicSpline(time, position[known])
+        grid = np.clip(np.arange(self._samples + 1) * self._grid_step, time[0], time[-1])
+        self._reference = np.column_stack([spline(grid), spline(grid, 1)])
+        self.usable = np.ones(len(self.time_s), dtype=bool)
+        for end in time[1:][np.diff(time) > max(_LONG_GAP_S, 3.0 * self._grid_step)]:
+            self.usable &= (self.time_s < end - 1e-9) | (self.time_s > end + _SETTLING_S)
+        lost = float(np.diff(self.time_s).max())
+        if lost > max(_LONG_GAP_S, 3.0 * self._grid_step):
+            self.notes.append(f"samples missing for up to {lost:.3f} s")
+
+    def _find_start(self) -> None:
+        """Plant and cascade state at the first sample: at rest unless the recording says not."""
+        drive = self.drive
+        ratio = drive.transmission.rod_per_rotor
+        first = {
+            one.name: float(values[0])
+            for one, values in zip(self.signals, self.recorded, strict=True)
+        }
+        floors = dict(zip((one.name for one in self.signals), self.floor, strict=True))
+        self._plant = initial_state()
+        self._cascade = initial_cascade_state()
+        wanted = float(self._reference[0, 0]) / ratio
+        angle = first.get("rotor_position", math.nan)
+        if math.isnan(angle):
+            angle = first.get("rod_position", math.nan) / ratio
+        if math.isnan(angle) or abs(angle - wanted) < 10.0 * floors.get("rotor_position", 0.0):
+            angle = wanted
+        speed = first.get("rotor_velocity", 0.0)
+        current = first.get("current_q", 0.0)
+        if not abs(speed) > 6.0 * floors.get("rotor_velocity", 0.0):
+            speed = 0.0
+        if not abs(current) > 6.0 * floors.get("current_q", 0.0):
+            current = 0.0
+        self._plant[0] = self._plant[2] = angle
+        self._plant[1] = self._plant[3] = speed
+        self._plant[5] = current
+        rod = first.get("rod_position", math.nan) / ratio
+        if math.isfinite(rod):
+            twist = angle - rod
+            half = 0.5 * drive.transmission.backlash
+            noise = floors["rod_position"] / ratio
+            if abs(twist) > 4.0 * noise and abs(twist) < half + 20.0 * noise:
+                self._plant[2] = angle - math.copysign(min(abs(twist), half), twist)
+        self.at_rest = angle == wanted and speed == 0.0 and current == 0.0
+        if self.at_rest:
+            return
+        self.usable &= self.time_s > _SETTLING_S
+        self.notes.append(f"does not begin at rest: the first {_SETTLING_S:g} s are not judged")
+        controller = drive.controller
+        error = wanted - angle
+        speed_error = controller.position.kp * error - speed
+        if controller.speed.ki > 0.0:
+            self._cascade[1] = (current - controller.speed.kp * speed_error) / controller.speed.ki
+        voltage = first.get("voltage_q", math.nan)
+        if math.isnan(voltage):
+            voltage = drive.motor.resistance * current + drive.motor.back_emf_constant * speed
+        if controller.current.ki > 0.0:
+            self._cascade[2] = voltage / controller.current.ki
+
+    @property
+    def reference_m(self) -> FloatArray:
+        """float64[n], the rod position asked for at the recording's samples."""
+        return self._on_samples(self._reference[:-1, :1])[0]
+
+    def _on_samples(self, columns: FloatArray) -> FloatArray:
+        """float64[columns, n] at the recording's stamps from float64[grid, columns]."""
+        if self._rows is not None:
+            return np.ascontiguousarray(columns[self._rows].T)
+        grid = np.arange(len(columns)) * self._grid_step
+        values: FloatArray = CubicSpline(grid, columns)(self.time_s).T
+        return values
+
+    def packed(self, effects: Effects) -> NDArray[np.void]:
+        """The packed record of the drive with `effects` added to those of the drive file."""
+        drive = dataclasses.replace(self.drive, effects={**self.drive.effects, **effects})
+        substeps = math.ceil(
+            fastest_rate(drive) / (_REPLAY_RATE_STEP * drive.controller.rate) - 1e-9
+        )
+        return pack(drive, substeps=min(max(1, substeps), _MOST_SUBSTEPS))
+
+    def run(self, effects: Effects) -> FloatArray:
+        """All the engine's columns at the grid of the replay, float64[grid, COLUMNS]."""
+        params = self.packed(effects)
+        samples = np.zeros((self._samples, COLUMNS))
+        run_ticks(
+            0,
+            (self._samples - 1) * self._every + 1,
+            self._every,
+            self._reference,
+            self._plant.copy(),
+            self._cascade.copy(),
+            voltage_queue(params),
+            params,
+            samples,
+            np.zeros(len(MEASURED)),
+        )
+        return samples
+
+    def full(self, effects: Effects) -> FloatArray:
+        """All the engine's columns at the recording's stamps, float64[COLUMNS, n]."""
+        return self._on_samples(self.run(effects))
+
+    def simulate(self, effects: Effects) -> FloatArray:
+        """What the model gives at the recording's stamps: float64[signals, n]."""
+        samples = self.run(effects)
+        return self._on_samples(samples[:, [one.column for one in self.signals]])
+
+    def gap(self, effects: Effects) -> FloatArray:
+        """Recorded less simulated over the noise floor, float64[signals, n]; 0 where not usable."""
+        difference = (self.recorded - self.simulate(effects)) / self.floor[:, None]
+        difference[:, ~self.usable] = 0.0
+        # A loop that runs away must compare as bad, not as unknown.
+        blown = np.isfinite(self.recorded) & ~np.isfinite(difference)
+        difference[blown] = 1e6
+        np.clip(difference, -1e6, 1e6, out=difference)
+        difference[~np.isfinite(self.recorded)] = 0.0
+        return difference
+

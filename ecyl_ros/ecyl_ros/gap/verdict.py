@@ -1,0 +1,86 @@
+"""From a competition to a verdict: what is named, how surely, and when to say no."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..effects.catalogue import CATALOGUE
+from .attribute import Competition, misfit
+from .fit import Fit
+from .replay import BoolArray
+
+PERFECT = 0.92  # robust misfit of a perfect model, see `fit.cost`
+NO_GAP_RATIO = 1.15  # no signal's RMS stands higher over its floor
+STRUCTURELESS = 1.3  # robust misfit over that of a perfect model
+EXPLAINED_SHRINK = 0.9
+NAMED = 0.5  # a cause less sure than this is not named
+_INDISTINCT = 1.06  # misfits closer than this ratio cannot be told apart
+
+
+@dataclass(frozen=True)
+class Standing:
+    """What the confidence of a set of causes rests on.
+
+    left: robust misfit over that of a perfect model, held out. margin: misfit of the best rival
+    over the winner's. shrink: share of the surplus misfit that the set takes off.
+    """
+
+    left: float
+    margin: float
+    shrink: float
+
+
+def ratios(fit: Fit, rows: BoolArray) -> list[float]:
+    """RMS of each signal's gap over its noise floor."""
+    return [float(np.sqrt(np.mean(values[rows] ** 2))) for values in fit.gap]
+
+
+def standing(competition: Competition) -> Standing:
+    """Where the winner stands."""
+    winner = competition.winner
+    left = misfit(winner.judged) / PERFECT
+    rivals = [one for one in competition.rivals if not _contains(one, winner)]
+    margin = misfit(min((one.judged for one in rivals), default=competition.nominal.judged))
+    before = max(competition.nominal.judged - PERFECT**2, 1e-9)
+    after = max(winner.judged - PERFECT**2, 0.0)
+    return Standing(left, margin / misfit(winner.judged), 1.0 - after / before)
+
+
+def _contains(larger: Fit, smaller: Fit) -> bool:
+    """Whether a set holds another as a special case, so that it cannot lose to it by much."""
+    for name in smaller.names:
+        if name in larger.names:
+            continue
+        if not any(name in CATALOGUE[other].refines for other in larger.names):
+            return False
+    return True
+
+
+def alternatives(competition: Competition, effect: str) -> tuple[str, ...]:
+    """Effects that fit as well in the place of `effect`, as far as this recording can tell."""
+    winner = competition.winner
+    others = set(winner.names) - {effect}
+    found = []
+    for rival in competition.rivals:
+        names = set(rival.names)
+        if not others <= names or effect in names or len(names) != len(winner.names):
+            continue
+        if misfit(rival.judged) < _INDISTINCT * misfit(winner.judged):
+            (other,) = names - others
+            if effect not in CATALOGUE[other].refines:
+                found.append(other)
+    return tuple(found)
+
+
+def confidence(place: Standing, rivals_as_good: int) -> float:
+    """Probability that a named cause is true, from how the fit stands.
+
+    The curve is that of the blind study: what is left decides, then the distance to the next best.
+    """
+    surplus = max(place.left - 1.0, 0.0)
+    score = 4.2 - 3.2 * math.log1p(2.0 * surplus) + 0.9 * math.log(max(place.margin, 1.0))
+    value = 1.0 / (1.0 + math.exp(-score))
+    return value / (1.0 + rivals_as_good)
