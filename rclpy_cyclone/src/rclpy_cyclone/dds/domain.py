@@ -38,7 +38,11 @@ def configuration(range_: str) -> str:
     """Return Cyclone's configuration for a discovery range (``CYCLONEDDS_URI`` comes on top)."""
     own = ""
     if range_ in ("OFF", "LOCALHOST"):
-        own += "<General><Interfaces><NetworkInterface address='127.0.0.1'/></Interfaces></General>"
+        # Data by multicast would wake every process of the machine, whether it listens or not.
+        own += (
+            "<General><Interfaces><NetworkInterface address='127.0.0.1'/></Interfaces>"
+            "<AllowMulticast>spdp</AllowMulticast></General>"
+        )
     if range_ == "OFF":
         own += (
             "<Discovery><ParticipantIndex>none</ParticipantIndex>"

@@ -174,7 +174,9 @@ def write(writer: int, data: bytes | bytearray) -> None:
     """
     if len(data) & 3:
         data = bytes(data) + bytes(-len(data) & 3)
-    check(WRITE(writer, data), "write")
+    result = WRITE(writer, data)
+    if result < 0:
+        check(result, "write")
 
 
 def take(reader: int, most: int = 4096) -> list[tuple[bytes, Any]]:

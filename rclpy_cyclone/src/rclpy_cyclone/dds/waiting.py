@@ -56,6 +56,8 @@ class WaitSet:
         if count <= 0:
             # The participant may be gone, which every waiter learns this way.
             return ()
+        if count == 1 and self._found[0] != self._guard:
+            return (self._found[0],)
         found = self._found[: min(count, _MOST)]
         if self._guard in found:
             quick.dds_take_guardcondition(self._guard, self._flag_pointer)

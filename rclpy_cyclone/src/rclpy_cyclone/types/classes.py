@@ -10,6 +10,7 @@ from __future__ import annotations
 import array
 import os
 import re
+import struct
 import sys
 import types
 from collections.abc import Callable
@@ -255,16 +256,25 @@ def deserialise(data: bytes, cls: Any) -> Any:
     :param data: the representation, header included; either byte order.
     :raises ValueError: if the data does not hold such a message.
     """
-    import struct
+    return decoder(cls)(bytes(data))
 
-    try:
-        if data[1] == 1:
-            return _top(cls._ros_name)[1](data[4:])
-        if data[1] == 0:
-            return codec.top_deserialiser(cls._ros_name, ">")(data[4:])
-    except (struct.error, IndexError, UnicodeDecodeError) as error:
-        raise ValueError(f"not a serialised {cls._ros_name}: {error}") from error
-    raise ValueError(f"not plain CDR: header {bytes(data[:4]).hex()}")
+
+@cache
+def decoder(cls: Any) -> Callable[[bytes], Any]:
+    """Return ``f(data)``, which does for one class what :func:`deserialise` does."""
+    little = _top(cls._ros_name)[1]
+
+    def decode(data: bytes) -> Any:
+        try:
+            if data[1] == 1:
+                return little(data[4:])
+            if data[1] == 0:
+                return codec.top_deserialiser(cls._ros_name, ">")(data[4:])
+        except (struct.error, IndexError, UnicodeDecodeError) as error:
+            raise ValueError(f"not a serialised {cls._ros_name}: {error}") from error
+        raise ValueError(f"not plain CDR: header {data[:4].hex()}")
+
+    return decode
 
 
 @cache

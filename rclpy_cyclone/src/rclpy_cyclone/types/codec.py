@@ -4,7 +4,8 @@ rosbags generates one too, but for its own classes: it wants a numpy array in ev
 where rclpy's messages hold ``array.array`` and lists. The tests compare the two byte for byte.
 
 Alignment is known at generation time as far as possible: consecutive numbers become one
-``struct`` call, and padding is computed at run time only behind strings and sequences.
+``struct`` call, and padding is computed at run time only behind strings and sequences. Lists of
+strings, such as the names of joints, are mostly those of the message before: they are remembered.
 """
 
 from __future__ import annotations
@@ -25,6 +26,7 @@ _CODES = {
     "uint16": "H", "int32": "i", "uint32": "I", "int64": "q", "uint64": "Q", "float32": "f",
     "float64": "d",
 }  # fmt: skip
+_MOST_REMEMBERED = 64  # strings in a list
 _NATIVE = "<" if sys.byteorder == "little" else ">"
 
 
@@ -120,6 +122,9 @@ class _Serialiser(_Writer):
             return
         values = self.temp()
         self.emit(f"{values} = {expr}")
+        if field.kind == "sequence" and field.base == "string":
+            self._strings(field, values)
+            return
         if field.kind == "sequence":
             self.number("I", 4, f"len({values})")
             self.flush()
@@ -153,6 +158,29 @@ class _Serialiser(_Writer):
             self.one(field, item)
             self.flush()
             self.depth -= 1
+        self.unknown()
+
+    def _strings(self, field: Field, values: str) -> None:
+        self.align(4)
+        last, begin, item = self.name([([], None)], "l"), self.temp(), self.temp()
+        self.emit(f"k, {begin} = {last}[0]")
+        self.emit(f"if {values} == k and {begin}: o += {begin}")
+        self.emit("else:")
+        self.depth += 1
+        self.emit(f"{begin} = len(o)")
+        self.unknown()
+        self.known = 4
+        self.number("I", 4, f"len({values})")
+        self.flush()
+        self.unknown()
+        self.emit(f"for {item} in {values}:")
+        self.depth += 1
+        self.one(field, item)
+        self.flush()
+        self.depth -= 1
+        self.emit(f"if len({values}) <= {_MOST_REMEMBERED}:")
+        self.emit(f"    {last}[0] = list({values}), bytes(o[{begin}:])")
+        self.depth -= 1
         self.unknown()
 
     def one(self, field: Field, expr: str) -> None:
@@ -209,6 +237,9 @@ class _Deserialiser(_Writer):
             self.one(field, target)
             return
         count = str(field.length)
+        if field.kind == "sequence" and field.base == "string":
+            self._strings(field, target)
+            return
         if field.kind == "sequence":
             count = self.temp()
             self.number("I", 4, count)
@@ -235,6 +266,33 @@ class _Deserialiser(_Writer):
         self.emit(f"{target} = {values}")
         self.unknown()
 
+    def _strings(self, field: Field, target: str) -> None:
+        self.align(4)
+        last, begin, count, item = self.name([(b"", [])], "l"), *(self.temp() for _ in range(3))
+        # The same bytes at the same alignment: the same strings.
+        self.emit(f"k, {count} = {last}[0]")
+        self.emit(f"{begin} = p + len(k)")
+        self.emit(f"if k and b[p:{begin}] == k: {target}, p = {count}[:], {begin}")
+        self.emit("else:")
+        self.depth += 1
+        self.emit(f"{begin} = p")
+        self.unknown()
+        self.known = 4
+        self.number("I", 4, count)
+        self.flush()
+        self.unknown()
+        self.emit(f"if {count} > len(b) - p: raise ValueError('sequence beyond the end')")
+        self.emit(f"{target} = k = []")
+        self.emit(f"for _ in range({count}):")
+        self.depth += 1
+        self.one(field, item)
+        self.flush()
+        self.emit(f"k.append({item})")
+        self.depth -= 1
+        self.emit(f"if {count} <= {_MOST_REMEMBERED}: {last}[0] = bytes(b[{begin}:p]), k[:]")
+        self.depth -= 1
+        self.unknown()
+
     def _numbers(self, field: Field, target: str, count: str) -> None:
         size = SIZES[field.base]
         known, offset = self.known, self.offset
@@ -247,16 +305,16 @@ class _Deserialiser(_Writer):
             self.emit(f"p += {size * field.length}")
             self.offset += size * field.length
             return
-        self.emit(f"{target} = a = array('{TYPECODES[field.base]}')")
-        self.emit(f"if {count}:")
+        self.emit(f"if not {count}: {target} = array('{TYPECODES[field.base]}')")
+        self.emit("else:")
         self.depth += 1
         self.align(size)
         end = self.temp()
         self.emit(f"{end} = p + {count} * {size}")
         self.emit(f"if {end} > len(b): raise ValueError('sequence beyond the end')")
-        self.emit(f"a.frombytes(b[p:{end}])")
+        self.emit(f"{target} = array('{TYPECODES[field.base]}', b[p:{end}])")
         if self.order != _NATIVE:
-            self.emit("a.byteswap()")
+            self.emit(f"{target}.byteswap()")
         self.emit(f"p = {end}")
         self.depth -= 1
         self.known, self.offset = (min(known, size), offset) if size <= 4 else (4, offset)

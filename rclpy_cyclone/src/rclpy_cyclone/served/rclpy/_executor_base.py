@@ -194,6 +194,10 @@ class Executor:
             until = min(self._next_timer, end if end >= 0 else _NEVER)
             self._look(max(0, until - now) if until < _NEVER else clib.INFINITY)
             looked = True
+            if queue and self._context._state == "valid":
+                item = queue.popleft()
+                if item._is_task or item._executor is self:
+                    return item
             if self._polled:
                 polled, self._polled = self._polled, []
                 queue.extend(t for t in polled if not t._done)

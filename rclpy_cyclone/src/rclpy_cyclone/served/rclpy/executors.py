@@ -74,6 +74,21 @@ class SingleThreadedExecutor(Executor):
                 return
             run(item)
 
+    def spin_until_future_complete(self, future: Future, timeout_sec: float | None = None) -> None:
+        """Run callbacks until a future is done, or a time out has come."""
+        plain = type(self).spin_once is SingleThreadedExecutor.spin_once
+        if not plain or (timeout_sec is not None and timeout_sec >= 0):
+            super().spin_until_future_complete(future, timeout_sec)
+            return
+        future.add_done_callback(lambda _: self.wake())
+        following, run, done = self._next, self._run, future.done
+        while self._context._state == "valid" and not self._is_shutdown and not future._done:
+            try:
+                item = following(None, done)
+            except (ShutdownException, ConditionReachedException):
+                return
+            run(item)
+
     def spin_once(self, timeout_sec: float | None = None) -> None:
         """Run one callback, waiting for it if need be.
 

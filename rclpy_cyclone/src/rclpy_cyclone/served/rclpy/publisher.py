@@ -13,6 +13,7 @@ from rclpy_cyclone.dds.participant import matched_readers, write
 from rclpy_cyclone.dds.qos import Policies
 from rclpy_cyclone.types import classes, copying
 
+_UNASKED = 64  # messages written without asking again whether anybody listens
 _FOR_EVER = Duration(seconds=-1)
 _count = clib.quick.dds_get_matched_subscriptions
 
@@ -48,6 +49,7 @@ class Publisher(Ready):
         self._history: deque[Any] | None = None
         if policies.transient_local:
             self._history = deque(maxlen=None if policies.keep_all else max(policies.depth, 1))
+        self._unasked = 0
         self._local: tuple[Any, ...] = ()  # subscriptions served without DDS
         prefix = "" if qos_profile.avoid_ros_namespace_conventions else "rt"
         self._dds_topic = prefix + full_topic
@@ -82,8 +84,18 @@ class Publisher(Ready):
             if self._history is not None:
                 self._history.append(self._copy(msg))
             write(self._writer, self._encode(msg))
-        elif _count(self._writer, None, 0):
+        elif self._heard():
             write(self._writer, self._encode(msg))
+
+    def _heard(self) -> bool:
+        """Say whether anybody out there listens, or did a few messages ago."""
+        if self._unasked:
+            self._unasked -= 1
+            return True
+        if _count(self._writer, None, 0):
+            self._unasked = _UNASKED
+            return True
+        return False
 
     def _publish_raw(self, data: Any) -> None:
         if not isinstance(data, bytes):
@@ -94,7 +106,7 @@ class Publisher(Ready):
             sub._put((data, now, now))
         if self._history is not None:
             self._history.append(data)
-        if self._always or matched_readers(self._writer):
+        if self._always or self._heard():
             write(self._writer, data)
 
     def _serve_history(self, sub: Any) -> None:

@@ -15,7 +15,7 @@ from rclpy_cyclone.dds.participant import take
 from rclpy_cyclone.dds.qos import Policies
 from rclpy_cyclone.types import classes
 
-_Wire = tuple  # entries of the queue that are not plain messages: (content, source, received)
+_Wire = tuple  # entries of the queue with information: (content, source stamp, receipt stamp)
 
 
 class Subscription(Ready):
@@ -56,7 +56,7 @@ class Subscription(Ready):
         self._full_topic = full_topic
         limit = None if policies.keep_all else max(policies.depth, 1)
         self._queue: deque[Any] = deque(maxlen=limit)
-        self._decode = classes.codec_of(msg_type)[1]
+        self._decode = classes.decoder(msg_type)
         # Deadlines and the like are kept by DDS, which then has to see every sample.
         self._intra = not policies.timed()
         prefix = "" if qos_profile.avoid_ros_namespace_conventions else "rt"
@@ -75,7 +75,7 @@ class Subscription(Ready):
         intra.add_subscription(self._participant, self)
 
     def _put(self, entry: Any) -> None:
-        """Take in a message: one of our own, or ``(content, source stamp, receipt stamp)``."""
+        """Take in a message: one of our own, its bytes, or either with information on it."""
         self._queue.append(entry)
         if not self._queued:
             executor = self._executor
@@ -85,10 +85,17 @@ class Subscription(Ready):
 
     def _drain(self) -> None:
         """Take in what DDS received."""
-        now = time.time_ns() if self._info else 0
-        for data, info in take(self._reader):
-            if info.valid_data:
-                self._put((data, info.source_timestamp, now))
+        taken = take(self._reader)
+        entries: list[Any]
+        if self._info:
+            now = time.time_ns()
+            entries = [(data, i.source_timestamp, now) for data, i in taken if i.valid_data]
+        else:
+            entries = [data for data, i in taken if i.valid_data]
+        if entries:
+            self._queue.extend(entries)
+            if not self._queued:
+                self._ready()
 
     def _pending(self) -> bool:
         return bool(self._queue)
@@ -98,12 +105,10 @@ class Subscription(Ready):
             entry = self._queue.popleft()
         except IndexError:
             return None
-        if entry.__class__ is not _Wire:
-            return self._callback, (entry,)
-        content, source, received = entry
-        if not self.raw and content.__class__ is bytes:
+        content, source, received = entry if entry.__class__ is _Wire else (entry, 0, 0)
+        if content.__class__ is bytes and not self.raw:
             try:
-                content = classes.deserialise(content, self.msg_type)
+                content = self._decode(content)
             except ValueError as error:
                 self._complain(error)
                 return None
