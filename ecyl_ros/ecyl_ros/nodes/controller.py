@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import deque
 
 import numpy as np
-from geometry_msgs.msg import Vector3, Vector3Stamped
+from geometry_msgs.msg import Vector3Stamped
 from rclpy.publisher import Publisher
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Header
@@ -62,6 +62,8 @@ class Controller(DriveNode):
             Vector3Stamped, wire.VOLTAGE, wire.telemetry(self.realtime)
         )
         self._commands: Publisher | None = None  # there when we are ready
+        # Written anew at every tick, for making messages costs as much as sending them.
+        self._message = Vector3Stamped(header=Header(frame_id=wire.DQ_FRAME))
         self.when_recorded(wire.VOLTAGE, self._be_ready)
         self.create_subscription(
             JointState,
@@ -181,11 +183,9 @@ class Controller(DriveNode):
         )
 
     def _publish(self, header: Header, telemetry: bool = False) -> None:
-        u_d, u_q = self._voltage.tolist()
-        message = Vector3Stamped(
-            header=Header(stamp=header.stamp, frame_id=wire.DQ_FRAME),
-            vector=Vector3(x=u_d, y=u_q, z=0.0),
-        )
+        message = self._message
+        message.header.stamp = header.stamp
+        message.vector.x, message.vector.y = self._voltage.tolist()
         if self._commands is not None:
             self._commands.publish(message)
         if telemetry:

@@ -61,9 +61,25 @@ class GraphError(Exception):
     """A node ended before its time; the message names it."""
 
 
-def _prepare_child(nice: int) -> None:
+def _processors(first: bool) -> set[int]:
+    """Where a node is to run: those of FIRST share a processor, the others have the rest.
+
+    Plant and controller never work at the same time, they answer each other. On one processor
+    an answer costs a switch of tasks; on two, a processor has to be woken from its sleep.
+    """
+    if not hasattr(os, "sched_setaffinity"):
+        return set()
+    usable = sorted(os.sched_getaffinity(0))
+    if len(usable) < 2:
+        return set(usable)
+    return set(usable[-1:] if first else usable[:-1])
+
+
+def _prepare_child(nice: int, processors: set[int]) -> None:
     """In the child: be sent SIGTERM when the parent dies (Linux; elsewhere nodes time out)."""
     os.nice(nice)
+    if processors:
+        os.sched_setaffinity(0, processors)
     if sys.platform.startswith("linux"):
         ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGTERM)
 
@@ -102,11 +118,14 @@ class NodeProcesses:
             for key, value in self._parameters.get(name, {}).items():
                 command += ["-p", f"{key}:={_yaml_word(value)}"]
             environment = os.environ | ({} if name in self._spinning else NO_SPIN)
+            first = name in FIRST
             # A session of its own: Ctrl-C reaches the launcher, which ends the nodes in order.
             self.processes[name] = subprocess.Popen(
                 command,
                 start_new_session=True,
-                preexec_fn=partial(_prepare_child, 0 if name in FIRST else BACKGROUND_NICE),
+                preexec_fn=partial(
+                    _prepare_child, 0 if first else BACKGROUND_NICE, _processors(first)
+                ),
                 env=environment,
             )
         return self

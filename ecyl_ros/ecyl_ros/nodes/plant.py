@@ -85,6 +85,15 @@ class Plant(DriveNode):
             JointState, wire.CONTROL_MEASUREMENT, wire.control()
         )
         self._epoch = self.create_publisher(Time, wire.EPOCH, wire.latched())
+        # Written anew at every tick, for making messages costs as much as sending them.
+        unmeasured = [math.nan] * len(wire.MEASUREMENT_JOINTS)
+        self._measurement_message = JointState(
+            header=Header(frame_id=wire.BASE_FRAME),
+            name=list(wire.MEASUREMENT_JOINTS),
+            position=unmeasured,
+            velocity=unmeasured,
+            effort=unmeasured,
+        )
         self._waiting = self.create_publisher(Time, wire.WAITING, 10)
         telemetry = wire.telemetry(self.realtime)
         self._telemetry = self.create_publisher(JointState, wire.JOINT_STATES, telemetry)
@@ -234,17 +243,19 @@ class Plant(DriveNode):
             self._publish_telemetry()
 
     def _publish_control(self) -> None:
-        rotor, rotor_rate, rod, rod_rate, i_d, i_q, _ = self._measured.tolist()
-        sec, nanosec = divmod(self._stamp_ns, wire.NANOSECONDS)
-        self._measurement.publish(
-            JointState(
-                header=Header(stamp=Time(sec=sec, nanosec=nanosec), frame_id=wire.BASE_FRAME),
-                name=list(wire.MEASUREMENT_JOINTS),
-                position=[rotor, rod, math.nan, math.nan],
-                velocity=[rotor_rate, rod_rate, math.nan, math.nan],
-                effort=[math.nan, math.nan, i_d, i_q],
-            )
-        )
+        message = self._measurement_message
+        stamp, position, velocity = message.header.stamp, message.position, message.velocity
+        stamp.sec, stamp.nanosec = divmod(self._stamp_ns, wire.NANOSECONDS)
+        (
+            position[0],
+            velocity[0],
+            position[1],
+            velocity[1],
+            message.effort[2],
+            message.effort[3],
+            _,
+        ) = self._measured.tolist()
+        self._measurement.publish(message)
 
     def _publish_telemetry(self) -> None:
         values = self._measured.tolist()
