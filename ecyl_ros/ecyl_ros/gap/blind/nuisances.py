@@ -3,7 +3,7 @@
 Nobody fits these. They are small, each by what it leaves in the signals: a nominal model must still
 stand at about the noise floor. For what moves the load through its clearance that leaves hundredths
 of a percent (a friction of 1e-4 of the peak torque on the load is three floors already), for
-resistance and inductance half a percent.
+resistance, inductance and back-EMF two tenths of a percent.
 """
 
 from __future__ import annotations
@@ -37,9 +37,9 @@ def add_nuisances(
 
     made = replace(
         physics,
-        resistance=physics.resistance * off(5e-3),
-        inductance=physics.inductance * off(5e-3),
-        back_emf_constant=physics.back_emf_constant * off(5e-3),
+        resistance=physics.resistance * off(2e-3),
+        inductance=physics.inductance * off(2e-3),
+        back_emf_constant=physics.back_emf_constant * off(2e-3),
         torque_constant=physics.torque_constant * off(3e-4),
         rotor_inertia=physics.rotor_inertia * off(1e-3),
         load_inertia=physics.load_inertia * off(1.5e-4),
