@@ -41,7 +41,7 @@ def test_one_tick_by_hand(drive) -> None:
     speed, current = 40.0 * error, 0.8 * 40.0 * error
     _, u_q = _step(drive, state, reference=1e-4)
     assert u_q == pytest.approx(7.0 * current, rel=1e-12)
-    assert state == pytest.approx([error / 1e4, speed / 1e4, current / 1e4], rel=1e-12)
+    assert state[:3] == pytest.approx([error / 1e4, speed / 1e4, current / 1e4], rel=1e-12)
     _, u_q = _step(drive, state, reference=1e-4)
     speed2 = 40.0 * error + 5.0 * error / 1e4
     current2 = 0.8 * speed2 + 24.0 * speed / 1e4
@@ -83,7 +83,7 @@ def test_an_integral_holds_while_its_limit_acts(drive, limits: dict, held: int) 
         for _ in range(50):
             voltage = _step(limited, state, reference=sign * 1e-3)
         assert state[held] == 0.0
-        assert np.all(np.delete(state, held) * sign > 0.0)
+        assert np.all(np.delete(state[:3], held) * sign > 0.0)
         if held == 2:
             assert voltage[1] == sign * 2.0
 

@@ -9,6 +9,7 @@ import pytest
 
 from ecyl_ros.drive.drive_file import load_drive
 from ecyl_ros.drive.engine import simulate
+from ecyl_ros.drive.plant import LOAD_ANGLE, initial_state
 from ecyl_ros.drive.reference.sine import Sine
 
 SINE = Sine(amplitude=2e-5, frequency=1.0)
@@ -58,7 +59,8 @@ def test_load_swings_on_the_published_spring_at_5_hz() -> None:
     drive = load_drive("paper")
     transmission = dataclasses.replace(drive.transmission, backlash=0.0)
     drive = dataclasses.replace(drive, transmission=transmission)
-    start = np.array([0.0, 0.0, 0.01, 0.0, 0.0, 0.0])
+    start = initial_state()
+    start[LOAD_ANGLE] = 0.01
     run = simulate(drive, lambda i: (0.0, 0.0), 8.0, initial=start)
     rod = run.signal("rod_position_m")
     spectrum = np.abs(np.fft.rfft(rod * np.hanning(len(rod))))

@@ -36,7 +36,7 @@ def _pi(error, integral, kp, ki, feedforward, limit, tick):
 @kernel
 def _delayed(state, position, speed, p):
     """Position and speed `p.measurement_delay` ticks ago; before the first, the first."""
-    whole = int(math.floor(p.measurement_delay))
+    whole = math.floor(p.measurement_delay)
     part = p.measurement_delay - whole
     if state[_HELD] == 0.0:  # first tick: as if at rest here for long
         for slot in range(whole + 2):

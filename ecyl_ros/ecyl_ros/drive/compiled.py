@@ -17,8 +17,8 @@ import os
 from collections.abc import Callable
 from pathlib import Path
 
-import numba
 from numba import njit
+from numba.core import config
 
 _PACKAGE = Path(__file__).resolve().parents[1]
 
@@ -48,9 +48,9 @@ def _cache_folder() -> str:
 
 def kernel(function: Callable, *, cache: bool = True) -> Callable:
     """Compile `function` when it is first called; with `cache`, keep the machine code on disk."""
-    chosen = numba.config.CACHE_DIR
-    numba.config.CACHE_DIR = chosen or _cache_folder()
+    chosen = config.CACHE_DIR  # type: ignore[attr-defined]
+    config.CACHE_DIR = chosen or _cache_folder()  # type: ignore[attr-defined]
     try:
         return njit(cache=cache, fastmath=False, error_model="numpy", nogil=True)(function)
     finally:
-        numba.config.CACHE_DIR = chosen
+        config.CACHE_DIR = chosen  # type: ignore[attr-defined]

@@ -17,6 +17,7 @@ from typing import Any
 
 import yaml
 
+from ..effects.catalogue import CATALOGUE
 from ..errors import InputError
 from .packed import MAX_SEGMENTS
 from .parameters import GROUPS, DriveParameters, Gains, check_relations, leaf_fields
@@ -158,9 +159,12 @@ def drive_from_flat(flat: Mapping[str, Any], source: str) -> DriveParameters:
     """
     leaves = leaf_fields()
     values: dict[str, Any] = {}
+    effects: dict[str, dict[str, float]] = {}
     for key, value in flat.items():
         if key in leaves:
             values[key] = _leaf(value, leaves[key], key, source)
+        elif key.startswith("effects."):
+            _put_effect(effects, key, value, source)
         elif key.split(".")[0] not in NODE_KEYS:
             near = difflib.get_close_matches(key, leaves, n=1)
             hint = f"; did you mean {near[0]}?" if near else "; see the drive file reference"
@@ -189,9 +193,48 @@ def drive_from_flat(flat: Mapping[str, Any], source: str) -> DriveParameters:
                 arguments[item.name] = Gains(**gains)
         groups[name] = kind(**arguments)
     top = {key: value for key, value in values.items() if "." not in key}
-    drive = DriveParameters(**groups, **top)
+    drive = DriveParameters(**groups, **top, effects=_complete(effects, source))
     check_relations(drive, source)
     return drive
+
+
+def _put_effect(effects: dict[str, dict[str, float]], key: str, value: Any, source: str) -> None:
+    """Check one key effects.NAME.PARAMETER and put its value into `effects`."""
+    name, _, parameter = key.removeprefix("effects.").partition(".")
+    if name not in CATALOGUE:
+        near = difflib.get_close_matches(name, CATALOGUE, n=1)
+        hint = f"did you mean {near[0]}?" if near else f"expected one of {', '.join(CATALOGUE)}"
+        raise InputError(f"{source}: unknown effect {key}; {hint}")
+    quantities = {one.name: one for one in CATALOGUE[name].parameters}
+    if parameter not in quantities:
+        raise InputError(f"{source}: unknown key {key}; {name} has {', '.join(quantities)}")
+    one = quantities[parameter]
+    meta = {"unit": one.unit, "low": one.low, "high": one.high, "open_low": False}
+    effects.setdefault(name, {})[parameter] = float(_number(value, meta, key, source, False))
+
+
+def _complete(effects: dict[str, dict[str, float]], source: str) -> dict[str, dict[str, float]]:
+    """The effects with defaults filled in; InputError where a parameter without one is missing."""
+    full = {}
+    for name, values in effects.items():
+        try:
+            full[name] = CATALOGUE[name].complete(values)
+        except KeyError as missing:
+            key = f"effects.{name}.{missing.args[0]}"
+            raise InputError(f"{source}: {key} is missing; the effect needs it") from None
+    return full
+
+
+def key_meaning(key: str) -> str:
+    """What a dotted key of a drive file means, with its unit."""
+    if key.startswith("effects."):
+        name, _, parameter = key.removeprefix("effects.").partition(".")
+        effect = CATALOGUE[name]
+        (one,) = (one for one in effect.parameters if one.name == parameter)
+        return f"{effect.title}: {one.meaning}, {one.unit}"
+    meta = leaf_fields()[key].metadata
+    unit = meta.get("unit", "")
+    return f"{meta['meaning']}, {unit}" if unit else str(meta["meaning"])
 
 
 def load_drive(name: str | os.PathLike[str]) -> DriveParameters:
@@ -201,11 +244,16 @@ def load_drive(name: str | os.PathLike[str]) -> DriveParameters:
 
 
 def drive_to_flat(drive: DriveParameters) -> dict[str, Any]:
-    """Flat dotted parameters of `drive`, every key, in file order; tuples become lists."""
+    """Flat dotted parameters of `drive`, every key, in file order; tuples become lists.
+
+    Effects come last, those that the drive has.
+    """
     flat: dict[str, Any] = {}
     for key in leaf_fields():
         value: Any = drive
         for part in key.split("."):
             value = getattr(value, part)
         flat[key] = list(value) if isinstance(value, tuple) else value
+    for name, values in drive.effects.items():
+        flat |= {f"effects.{name}.{parameter}": value for parameter, value in values.items()}
     return flat

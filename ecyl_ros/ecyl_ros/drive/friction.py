@@ -1,13 +1,13 @@
 """Dry friction as a bristle that bends before it slips (Dahl's law on a level that may vary).
 
-The contact resists with at most its *level*, N m, which effects give as a function of speed, torque,
-place or time. The bristle's deflection, as a share of the one at which it slips, follows
+The contact resists with at most its *level*, N m, which effects give as a function of speed,
+torque, place or time. The bristle's deflection, as a share of the one at which it slips, follows
 
     dz/dt = (v - |v| z) / d
 
-with v the speed and d the breakaway deflection, rad; the torque is level x (z + c dz/dt). For a speed
-held over a step this has a closed solution, so the stiff case (fast motion, z at once at its end)
-costs no small steps.
+with v the speed and d the breakaway deflection, rad; the torque is level x (z + c dz/dt). For a
+speed held over a step this has a closed solution, so the stiff case (fast motion, z at once at its
+end) costs no small steps.
 """
 
 from __future__ import annotations

@@ -2,9 +2,10 @@
 
 State vector (float64[STATE_SIZE]): rotor angle rad, rotor speed rad/s, load angle rad (at the
 rotor), load speed rad/s, i_d A, i_q A; then the bristle deflections of rotor and load friction and
-the count of ticks since the start, which only effects look at. Between contacts the equations are smooth and a classical fourth-order
-Runge-Kutta step is used; where a flank meets or leaves, or a stiffness segment ends, within a step,
-the instant is located by bisection and the step is split there, so that the order survives contact.
+the count of ticks since the start, which only effects look at. Between contacts the equations are
+smooth and a classical fourth-order Runge-Kutta step is used; where a flank meets or leaves, or a
+stiffness segment ends, within a step, the instant is located by bisection and the step is split
+there, so that the order survives contact.
 """
 
 from __future__ import annotations
@@ -56,9 +57,7 @@ def _derivative(y, u_d, u_q, mode, into, time, p):
         load += ports.load_torque(p, time + into, y[2], y[3])
     if p.acts_at_load_friction:
         level = ports.load_friction(p, y[3], twist_torque, y[2], time + into)
-        load -= friction_torque(
-            y[7], y[3], into, level, p.load_breakaway, p.load_bristle_damping
-        )
+        load -= friction_torque(y[7], y[3], into, level, p.load_breakaway, p.load_bristle_damping)
     if p.acts_at_inverter_voltage:
         u_q += ports.inverter_voltage(p, y[5], u_q)
     slope_d, slope_q = current_derivatives(y[4], y[5], y[1], u_d, u_q, p)
@@ -151,7 +150,7 @@ def _advance(state, u_d, u_q, share, params):
     y = (state[0], state[1], state[2], state[3], state[4], state[5], state[6], state[7])
     steps = p.substeps
     if share != 1.0:
-        steps = int(math.ceil(share * p.substeps))
+        steps = math.ceil(share * p.substeps)
     step = share * p.tick / steps
     time = state[TICKS] * p.tick
     for index in range(steps):

@@ -10,6 +10,7 @@ from ..drive.parameters import DriveParameters
 from .effect import Effect, Quantity
 from .starts import multiples
 
+
 def modify(record: np.ndarray, values: Mapping[str, float], drive: DriveParameters) -> None:
     """In control ticks, whole and broken ones."""
     record["actuation_delay"] += values["delay_s"] * drive.controller.rate
@@ -19,11 +20,20 @@ EFFECT = Effect(
     name="actuation_delay",
     block="timing",
     title="actuation delay",
-    summary="The inverter applies each voltage a moment after it was commanded: the current loop rings.",
+    summary="The inverter applies each voltage a moment after it was commanded: the "
+    "current loop rings.",
     excitation="fast changes of motion: impacts at reversals, chirps, steps",
     parameters=(
-        Quantity(name="delay_s", unit="s", low=0.0, high=0.05, meaning="from command to inverter, beyond nominal"),
+        Quantity(
+            name="delay_s",
+            unit="s",
+            low=0.0,
+            high=0.05,
+            meaning="from command to inverter, beyond nominal",
+        ),
     ),
-    starts=multiples("delay_s", lambda evidence: 1.0 / evidence.drive.controller.rate, (0.7, 2.0, 6.0, 15.0)),
+    starts=multiples(
+        "delay_s", lambda evidence: 1.0 / evidence.drive.controller.rate, (0.7, 2.0, 6.0, 15.0)
+    ),
     modify=modify,
 )

@@ -10,6 +10,7 @@ from ..drive.parameters import DriveParameters
 from .effect import Effect, Quantity
 from .starts import multiples
 
+
 def modify(record: np.ndarray, values: Mapping[str, float], drive: DriveParameters) -> None:
     """Put the true value in the nominal one's place."""
     record["back_emf_constant"] = values["back_emf_v_s_per_rad"]
@@ -22,8 +23,16 @@ EFFECT = Effect(
     summary="The voltage differs in proportion to speed; the motion hardly does.",
     excitation="high speed, and a recorded voltage",
     parameters=(
-        Quantity(name="back_emf_v_s_per_rad", unit="V s/rad", low=1e-4, high=100.0, meaning="true back-EMF constant"),
+        Quantity(
+            name="back_emf_v_s_per_rad",
+            unit="V s/rad",
+            low=1e-4,
+            high=100.0,
+            meaning="true back-EMF constant",
+        ),
     ),
-    starts=multiples("back_emf_v_s_per_rad", lambda evidence: evidence.drive.motor.back_emf_constant, (0.6, 1.6)),
+    starts=multiples(
+        "back_emf_v_s_per_rad", lambda evidence: evidence.drive.motor.back_emf_constant, (0.6, 1.6)
+    ),
     modify=modify,
 )

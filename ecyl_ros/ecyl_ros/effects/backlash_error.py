@@ -10,6 +10,7 @@ from ..drive.parameters import DriveParameters
 from .effect import Effect, Quantity
 from .starts import multiples
 
+
 def modify(record: np.ndarray, values: Mapping[str, float], drive: DriveParameters) -> None:
     """Put the true value in the nominal one's place."""
     record["half_backlash"] = 0.5 * values["backlash_rad"]
@@ -22,8 +23,18 @@ EFFECT = Effect(
     summary="Rotor and rod part by another angle at reversals; the flank meets later or earlier.",
     excitation="reversals",
     parameters=(
-        Quantity(name="backlash_rad", unit="rad", low=0.0, high=1.0, meaning="true total clearance at the rotor"),
+        Quantity(
+            name="backlash_rad",
+            unit="rad",
+            low=0.0,
+            high=1.0,
+            meaning="true total clearance at the rotor",
+        ),
     ),
-    starts=multiples("backlash_rad", lambda evidence: evidence.drive.transmission.backlash, (0.1, 0.45, 0.75, 1.4, 2.2, 4.0)),
+    starts=multiples(
+        "backlash_rad",
+        lambda evidence: evidence.drive.transmission.backlash,
+        (1.5, 0.5, 3.0, 0.1),
+    ),
     modify=modify,
 )

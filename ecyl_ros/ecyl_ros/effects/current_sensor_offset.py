@@ -8,6 +8,7 @@ from ..drive.compiled import kernel
 from .effect import Effect, Evidence, Quantity, Start
 from .starts import direction, regress
 
+
 def starts(evidence: Evidence) -> list[Start]:
     """The current that the mean of the unexplained torque stands for."""
     both = regress(evidence.torque_nm, np.ones_like(evidence.time_s), direction(evidence))

@@ -53,17 +53,40 @@ class Evidence(Protocol):
     Every array is float64[n] on one grid; NaN where unknown.
     """
 
-    drive: DriveParameters
-    time_s: FloatArray
-    rotor_angle_rad: FloatArray
-    rotor_speed_rad_s: FloatArray
-    current_a: FloatArray
-    voltage_v: FloatArray
-    # Torque on rotor and load together that the nominal model does not explain, N m; NaN where
-    # the flanks are apart.
-    torque_nm: FloatArray
-    # Rod position that rotor and nominal transmission do not explain, as rotor angle, rad.
-    rod_error_rad: FloatArray
+    @property
+    def drive(self) -> DriveParameters:
+        """The nominal model."""
+
+    @property
+    def time_s(self) -> FloatArray:
+        """From the first sample, s."""
+
+    @property
+    def rotor_angle_rad(self) -> FloatArray:
+        """Recorded."""
+
+    @property
+    def rotor_speed_rad_s(self) -> FloatArray:
+        """Recorded, or from the angle."""
+
+    @property
+    def current_a(self) -> FloatArray:
+        """Recorded i_q."""
+
+    @property
+    def voltage_v(self) -> FloatArray:
+        """Recorded u_q."""
+
+    @property
+    def torque_nm(self) -> FloatArray:
+        """Torque on rotor and load together that the model does not explain.
+
+        NaN where the flanks are apart.
+        """
+
+    @property
+    def rod_error_rad(self) -> FloatArray:
+        """Rod position that rotor and transmission do not explain, as rotor angle."""
 
 
 Start = Mapping[str, float]

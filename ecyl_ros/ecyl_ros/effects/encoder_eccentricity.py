@@ -7,11 +7,10 @@ import math
 from ..drive.compiled import kernel
 from .effect import Effect, Evidence, Quantity, Start, phase
 
+
 def starts(evidence: Evidence) -> list[Start]:
     """Small in all four quadrants: the response is close to linear."""
-    return [
-        {"amplitude_rad": 0.01, "phase_rad": quarter * 0.5 * math.pi} for quarter in range(4)
-    ]
+    return [{"amplitude_rad": 0.01, "phase_rad": quarter * 0.5 * math.pi} for quarter in range(4)]
 
 
 EFFECT = Effect(
@@ -34,9 +33,7 @@ def rotor_angle_error(p, angle):
     """A sine of the rotor angle."""
     if p.encoder_eccentricity_amplitude_rad == 0.0:
         return 0.0
-    return p.encoder_eccentricity_amplitude_rad * math.sin(
-        angle + p.encoder_eccentricity_phase_rad
-    )
+    return p.encoder_eccentricity_amplitude_rad * math.sin(angle + p.encoder_eccentricity_phase_rad)
 
 
 @kernel

@@ -12,6 +12,7 @@ from .effect import Effect, Evidence, Quantity, Start
 # The step at zero current is this wide: ripple and the switches' capacitance round it off.
 TRANSITION_A = 0.02
 
+
 def starts(evidence: Evidence) -> list[Start]:
     """Fractions of the voltage that drives the current at hand."""
     swing = float(np.nanstd(evidence.current_a)) * evidence.drive.motor.resistance
@@ -47,6 +48,4 @@ def inverter_voltage(p, current, voltage):
     """Against the sign of the current."""
     if p.inverter_dead_time_voltage_v == 0.0:
         return 0.0
-    return -p.inverter_dead_time_voltage_v * math.tanh(
-        current / p.inverter_dead_time_transition_a
-    )
+    return -p.inverter_dead_time_voltage_v * math.tanh(current / p.inverter_dead_time_transition_a)

@@ -10,6 +10,7 @@ from ..drive.parameters import DriveParameters
 from .effect import Effect, Quantity
 from .starts import multiples
 
+
 def modify(record: np.ndarray, values: Mapping[str, float], drive: DriveParameters) -> None:
     """Put the true value in the nominal one's place."""
     record["rod_per_rotor"] *= values["lead_m"] / drive.transmission.lead
@@ -22,8 +23,18 @@ EFFECT = Effect(
     summary="The rod is off in proportion to its travel; the rotor hardly notices.",
     excitation="travel, and a recorded rod position",
     parameters=(
-        Quantity(name="lead_m", unit="m/rev", low=1e-4, high=0.5, meaning="true rod travel per screw revolution"),
+        Quantity(
+            name="lead_m",
+            unit="m/rev",
+            low=1e-4,
+            high=0.5,
+            meaning="true rod travel per screw revolution",
+        ),
     ),
-    starts=multiples("lead_m", lambda evidence: evidence.drive.transmission.lead, (0.97, 1.03)),
+    starts=multiples(
+        "lead_m",
+        lambda evidence: evidence.drive.transmission.lead,
+        (0.97, 1.03),
+    ),
     modify=modify,
 )

@@ -10,6 +10,7 @@ from ..drive.parameters import DriveParameters
 from .effect import Effect, Evidence, Quantity, Start
 from .starts import regress
 
+
 def modify(record: np.ndarray, values: Mapping[str, float], drive: DriveParameters) -> None:
     """Add to the nominal viscous friction."""
     record["load_viscous"] += values["viscous_nm_s_per_rad"]

@@ -12,6 +12,7 @@ from ..drive.parameters import DriveParameters
 from .effect import Effect, Evidence, Quantity, Start, bristle, put_bristle
 from .starts import direction
 
+
 def starts(evidence: Evidence) -> list[Start]:
     """Where along the stroke the unexplained torque drags most, over several widths."""
     ratio = evidence.drive.transmission.rod_per_rotor

@@ -10,6 +10,7 @@ from ..drive.parameters import DriveParameters
 from .effect import Effect, Quantity
 from .starts import multiples
 
+
 def modify(record: np.ndarray, values: Mapping[str, float], drive: DriveParameters) -> None:
     """In control ticks, whole and broken ones."""
     record["measurement_delay"] += values["delay_s"] * drive.controller.rate
@@ -19,11 +20,20 @@ EFFECT = Effect(
     name="measurement_delay",
     block="timing",
     title="measurement delay",
-    summary="The loop acts on positions and speeds of a moment ago: less damping, overshoot, ringing at fast changes.",
+    summary="The loop acts on positions and speeds of a moment ago: less damping, "
+    "overshoot, ringing at fast changes.",
     excitation="fast changes of motion: impacts at reversals, chirps, steps",
     parameters=(
-        Quantity(name="delay_s", unit="s", low=0.0, high=0.05, meaning="age of position and speed when the loop uses them"),
+        Quantity(
+            name="delay_s",
+            unit="s",
+            low=0.0,
+            high=0.05,
+            meaning="age of position and speed when the loop uses them",
+        ),
     ),
-    starts=multiples("delay_s", lambda evidence: 1.0 / evidence.drive.controller.rate, (0.7, 2.0, 6.0, 15.0)),
+    starts=multiples(
+        "delay_s", lambda evidence: 1.0 / evidence.drive.controller.rate, (0.7, 2.0, 6.0, 15.0)
+    ),
     modify=modify,
 )

@@ -10,6 +10,7 @@ from ..drive.compiled import kernel
 from .effect import Effect, Evidence, Quantity, Start, phase
 from .starts import strongest
 
+
 def starts(evidence: Evidence) -> list[Start]:
     """The strongest lines of the unexplained torque over time."""
     time = evidence.time_s

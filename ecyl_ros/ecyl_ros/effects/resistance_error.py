@@ -1,4 +1,4 @@
-"""The winding (and cable) resists more or less than the nominal model has it: hot, or mis-stated."""
+"""The winding (and cable) resists more or less than the nominal model has it."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import numpy as np
 from ..drive.parameters import DriveParameters
 from .effect import Effect, Quantity
 from .starts import multiples
+
 
 def modify(record: np.ndarray, values: Mapping[str, float], drive: DriveParameters) -> None:
     """Put the true value in the nominal one's place."""
@@ -22,8 +23,12 @@ EFFECT = Effect(
     summary="The voltage differs in proportion to the current; the motion hardly does.",
     excitation="high current, and a recorded voltage",
     parameters=(
-        Quantity(name="resistance_ohm", unit="ohm", low=1e-4, high=1e3, meaning="true stator resistance"),
+        Quantity(
+            name="resistance_ohm", unit="ohm", low=1e-4, high=1e3, meaning="true stator resistance"
+        ),
     ),
-    starts=multiples("resistance_ohm", lambda evidence: evidence.drive.motor.resistance, (0.5, 2.0)),
+    starts=multiples(
+        "resistance_ohm", lambda evidence: evidence.drive.motor.resistance, (0.5, 2.0)
+    ),
     modify=modify,
 )

@@ -11,9 +11,12 @@ from ..drive.parameters import DriveParameters
 from .effect import Effect, Evidence, Quantity, Start, bristle, put_bristle
 from .starts import direction, regress
 
+
 def starts(evidence: Evidence) -> list[Start]:
     """The step that the unexplained torque makes with the direction of motion."""
-    level = -float(regress(evidence.torque_nm, direction(evidence), np.ones_like(evidence.time_s))[0])
+    level = -float(
+        regress(evidence.torque_nm, direction(evidence), np.ones_like(evidence.time_s))[0]
+    )
     return [{"coulomb_nm": max(level, 1e-4) * factor} for factor in (1.0, 0.4, 2.0)]
 
 
@@ -28,7 +31,7 @@ EFFECT = Effect(
     title="Coulomb friction on the rotor",
     summary="A torque of constant size against the rotor's motion; the rotor sticks at reversals, "
     "in the clearance too, where the load is not felt.",
-    excitation="reversals, some of them slow; passages through the clearance tell it from the load's",
+    excitation="reversals, some of them slow; the clearance tells it from the load's",
     parameters=(
         Quantity(
             name="coulomb_nm", unit="N m", low=0.0, high=1e3, meaning="friction torque at the rotor"

@@ -10,6 +10,7 @@ from ..drive.parameters import DriveParameters
 from .effect import Effect, Quantity
 from .starts import multiples
 
+
 def modify(record: np.ndarray, values: Mapping[str, float], drive: DriveParameters) -> None:
     """Put the true value in the nominal one's place."""
     record["per_rotor_inertia"] = 1.0 / values["inertia_kg_m2"]
@@ -22,8 +23,16 @@ EFFECT = Effect(
     summary="Torque in proportion to the rotor's acceleration, in the clearance too.",
     excitation="acceleration, and passages through the clearance that tell it from the load's",
     parameters=(
-        Quantity(name="inertia_kg_m2", unit="kg m^2", low=1e-9, high=10.0, meaning="true inertia of the rotor"),
+        Quantity(
+            name="inertia_kg_m2",
+            unit="kg m^2",
+            low=1e-9,
+            high=10.0,
+            meaning="true inertia of the rotor",
+        ),
     ),
-    starts=multiples("inertia_kg_m2", lambda evidence: evidence.drive.motor.rotor_inertia, (0.5, 0.8, 1.3, 2.0)),
+    starts=multiples(
+        "inertia_kg_m2", lambda evidence: evidence.drive.motor.rotor_inertia, (0.5, 0.8, 1.3, 2.0)
+    ),
     modify=modify,
 )

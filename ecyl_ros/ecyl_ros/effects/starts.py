@@ -32,8 +32,7 @@ def regress(signal: FloatArray, *columns: FloatArray) -> FloatArray:
     if rows.sum() < 10 * len(columns):
         return np.zeros(len(columns))
     matrix = np.column_stack([column[rows] for column in columns])
-    coefficients: FloatArray = np.linalg.lstsq(matrix, signal[rows], rcond=None)[0]
-    return coefficients
+    return np.asarray(np.linalg.lstsq(matrix, signal[rows], rcond=None)[0], dtype=np.float64)
 
 
 def direction(evidence: Evidence) -> FloatArray:

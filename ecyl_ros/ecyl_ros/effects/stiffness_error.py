@@ -10,6 +10,7 @@ from ..drive.parameters import DriveParameters
 from .effect import Effect, Quantity
 from .starts import multiples
 
+
 def modify(record: np.ndarray, values: Mapping[str, float], drive: DriveParameters) -> None:
     """Put the true value in the nominal one's place."""
     ratio = values["stiffness_nm_per_rad"] / record["stiffness"][0, 0]
@@ -21,11 +22,22 @@ EFFECT = Effect(
     name="stiffness_error",
     block="transmission",
     title="wrong stiffness",
-    summary="Contact torque swings at another frequency after a flank meets; rod and rotor part with load.",
+    summary="Contact torque swings at another frequency after a flank meets; "
+    "rod and rotor part with load.",
     excitation="impacts at reversals, fast reversals of torque",
     parameters=(
-        Quantity(name="stiffness_nm_per_rad", unit="N m/rad", low=1e-3, high=1e8, meaning="true stiffness at the rotor; further segments keep their ratio to the first"),
+        Quantity(
+            name="stiffness_nm_per_rad",
+            unit="N m/rad",
+            low=1e-3,
+            high=1e8,
+            meaning="true value at the rotor; further segments keep their ratio",
+        ),
     ),
-    starts=multiples("stiffness_nm_per_rad", lambda evidence: evidence.drive.transmission.stiffness[0], (0.05, 0.15, 0.4, 0.7, 1.5, 3.0)),
+    starts=multiples(
+        "stiffness_nm_per_rad",
+        lambda evidence: evidence.drive.transmission.stiffness[0],
+        (0.5, 2.0, 0.15, 0.05),
+    ),
     modify=modify,
 )

@@ -12,9 +12,12 @@ from ..drive.parameters import DriveParameters
 from .effect import Effect, Evidence, Quantity, Start, bristle, put_bristle
 from .starts import direction, regress
 
+
 def starts(evidence: Evidence) -> list[Start]:
     """Coulomb level by regression, static level above it, over a range of Stribeck speeds."""
-    level = -float(regress(evidence.torque_nm, direction(evidence), np.ones_like(evidence.time_s))[0])
+    level = -float(
+        regress(evidence.torque_nm, direction(evidence), np.ones_like(evidence.time_s))[0]
+    )
     level = max(level, 1e-4)
     top = float(np.nanmax(np.abs(evidence.rotor_speed_rad_s), initial=1e-3))
     return [

@@ -8,6 +8,7 @@ from ..drive.compiled import kernel
 from .effect import Effect, Evidence, Quantity, Start, phase
 from .starts import angular_orders, strongest
 
+
 def starts(evidence: Evidence) -> list[Start]:
     """The strongest lines of the unexplained torque, as shares of the motor's torque."""
     angle = evidence.rotor_angle_rad

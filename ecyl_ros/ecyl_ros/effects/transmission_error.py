@@ -10,6 +10,7 @@ from ..drive.compiled import kernel
 from .effect import Effect, Evidence, Quantity, Start, phase
 from .starts import angular_orders, strongest
 
+
 def starts(evidence: Evidence) -> list[Start]:
     """The strongest lines of the rod's error over the screw angle."""
     screw = evidence.rotor_angle_rad / evidence.drive.transmission.gear_ratio

@@ -9,6 +9,7 @@ import numpy as np
 from ..drive.parameters import DriveParameters
 from .effect import Effect, Evidence, Quantity, Start
 
+
 def modify(record: np.ndarray, values: Mapping[str, float], drive: DriveParameters) -> None:
     """The lower of the two limits acts."""
     record["voltage_limit"] = min(float(record["voltage_limit"][0]), values["voltage_v"])

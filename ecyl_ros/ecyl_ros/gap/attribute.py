@@ -1,4 +1,4 @@
-"""Which effects close the gap: all of them compete, alone and in sets, on what they were not fitted to.
+"""Which effects close the gap: all of them compete, alone and in sets, judged on what no fit saw.
 
 1. Every effect is started from what the recording shows (regressions, lines, multiples of the
    nominal value) and replayed once per start.
@@ -284,9 +284,7 @@ def compete(fitter: Fitter, names: Sequence[str], report: Report) -> Competition
     return Competition(run.nominal, tuple(singles), winner, tuple(rivals), without, run.replays)
 
 
-def _pruned(
-    run: _Competition, winner: Fit, pool: Sequence[Fit]
-) -> tuple[Fit, dict[str, Fit]]:
+def _pruned(run: _Competition, winner: Fit, pool: Sequence[Fit]) -> tuple[Fit, dict[str, Fit]]:
     """Take out, one by one, what does not earn its place; with the fits that leave each one out."""
     while True:
         without = _leave_one_out(run, winner, pool)

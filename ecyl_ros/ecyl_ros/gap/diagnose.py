@@ -175,7 +175,9 @@ def _assemble(
         block = causes[0].block
     if verdict == "no_gap":
         causes, named = [], False
-    candidates = [Candidate(one.names, misfit(one.fitted), misfit(one.judged)) for one in _ranked(competition)]
+    candidates = [
+        Candidate(one.names, misfit(one.fitted), misfit(one.judged)) for one in _ranked(competition)
+    ]
     return Diagnosis(
         source=source,
         drive=drive_name,

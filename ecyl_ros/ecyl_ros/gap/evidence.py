@@ -69,7 +69,7 @@ def _balance(
 def in_contact(replay: Replay, columns: FloatArray) -> BoolArray:
     """Where the replay's flanks touch, and have for a filter's window: bool[n]."""
     smooth = Smoother(replay.time_s)
-    angle = columns[[one.column for one in SIGNALS if one.name == "rotor_position"][0]]
+    angle = columns[next(one.column for one in SIGNALS if one.name == "rotor_position")]
     apart = np.abs(angle - columns[LOAD]) < 0.5 * replay.drive.transmission.backlash
     near = np.convolve(apart.astype(float), np.ones(smooth.points), mode="same") > 0.5
     return ~near
@@ -89,9 +89,7 @@ def gather(replay: Replay, effects: Effects) -> ReplayEvidence:
         recorded["rotor_velocity"] = smooth(recorded["rotor_position"], 1)
     drive = replay.drive
     torque = nothing
-    if not (
-        np.isnan(recorded["current_q"]).all() or np.isnan(recorded["rotor_velocity"]).all()
-    ):
+    if not (np.isnan(recorded["current_q"]).all() or np.isnan(recorded["rotor_velocity"]).all()):
         torque = _balance(drive, smooth, recorded["rotor_velocity"], recorded["current_q"])
         torque = torque - _balance(
             drive, smooth, simulated["rotor_velocity"], simulated["current_q"]

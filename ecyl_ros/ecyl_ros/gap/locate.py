@@ -148,7 +148,9 @@ def by_port(replay: Replay) -> tuple[PortCheck, ...]:
 
 def _controller(replay: Replay) -> PortCheck | None:
     """The voltage that the nominal cascade would command on what was measured."""
-    signals = {one.name: values for one, values in zip(replay.signals, replay.recorded, strict=True)}
+    signals = {
+        one.name: values for one, values in zip(replay.signals, replay.recorded, strict=True)
+    }
     needed = ("rotor_position", "rotor_velocity", "current_q", "voltage_q")
     if any(name not in signals or not np.isfinite(signals[name]).all() for name in needed):
         return None

@@ -55,7 +55,9 @@ SIGNALS = (
 # A step of the replay's integrator times the drive's fastest rate: its error stays far below the
 # noise floor, and it takes half the time of the emulator's own.
 _REPLAY_RATE_STEP = 0.25
-_MOST_SUBSTEPS = 40  # per tick; a fit that wanders to an absurdly stiff drive must not take for ever
+_MOST_SUBSTEPS = (
+    40  # per tick; a fit that wanders to an absurdly stiff drive must not take for ever
+)
 
 # Where drive files state no noise and signals are coarse, the recording's own roughness gives it.
 _ROUGHNESS_ORDER = 3
@@ -198,7 +200,7 @@ class Replay:
         self._every = whole
         self._grid_step = step
         self._rows = np.round(index).astype(np.int64) if on_grid else None
-        self._samples = int(math.ceil(self.time_s[-1] / step - 1e-6)) + 1
+        self._samples = math.ceil(self.time_s[-1] / step - 1e-6) + 1
 
     def _lay_reference(self) -> None:
         position = self.recording.reference_position_m
@@ -325,4 +327,3 @@ class Replay:
         np.clip(difference, -1e6, 1e6, out=difference)
         difference[~np.isfinite(self.recorded)] = 0.0
         return difference
-

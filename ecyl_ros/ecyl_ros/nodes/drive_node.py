@@ -15,7 +15,7 @@ from rclpy.parameter import Parameter
 from rclpy.task import Future
 from std_msgs.msg import Header
 
-from ..drive.drive_file import drive_from_flat, drive_to_flat
+from ..drive.drive_file import drive_from_flat, drive_to_flat, key_meaning
 from ..drive.parameters import DriveParameters, leaf_fields
 from ..errors import InputError
 from . import wire
@@ -71,11 +71,8 @@ class DriveNode(Node):
 
     def _declare(self, given: dict[str, Any]) -> None:
         """Declare every parameter with its meaning and one type, whatever the file wrote."""
-        leaves = leaf_fields()
         for key, value in drive_to_flat(self.drive).items():
-            meta = leaves[key].metadata
-            unit = meta.get("unit", "")
-            meaning = f"{meta['meaning']}, {unit}" if unit else meta["meaning"]
+            meaning = key_meaning(key)
             if value == []:
                 continue  # ROS has no empty list of numbers; one unset value empties param dumps
             self._declare_one(key, value, meaning)

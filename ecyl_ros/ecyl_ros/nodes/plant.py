@@ -26,7 +26,14 @@ from std_msgs.msg import Header
 from ..drive.engine import tick_count
 from ..drive.packed import pack
 from ..drive.parameters import DriveParameters
-from ..drive.plant import MEASURED, apply_and_measure, apply_voltage, initial_state, measure
+from ..drive.plant import (
+    MEASURED,
+    apply_and_measure,
+    apply_voltage,
+    initial_state,
+    measure,
+    voltage_queue,
+)
 from ..drive.stability import check_stability
 from ..drive.telemetry import joint_values, tick_stamp_ns
 from . import wire
@@ -63,8 +70,8 @@ class Plant(DriveNode):
         self._state = initial_state()
         # Voltages on their way to the inverter, the oldest first. In real time the newest command
         # waits in `_command` until the next tick takes it over: that is one of the delay's ticks.
-        delay = self.drive.controller.delay_ticks
-        self._pending = np.zeros((delay if self.realtime else delay + 1, 2))
+        queue = voltage_queue(self._params)
+        self._pending = queue[1:] if self.realtime else queue
         self._command = np.zeros(2)
         self._measured = np.zeros(len(MEASURED))
         self._tick = 0
