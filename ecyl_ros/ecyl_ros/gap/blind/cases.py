@@ -30,6 +30,7 @@ VISIBLE = 4.0  # an effect's gap in at least one signal, in noise floors of that
 NOMINAL = 1.1  # recorded minus nominal without any effect, in floors, at most this everywhere
 QUIET_COMMAND = 0.15  # a command without noise is held to this share of what noise would make it
 ABSURD = 3.0  # peak speed, current or voltage over the nominal drive's, at most
+FULL_SIZE_DRAWS = 10  # of nuisances, before they are drawn smaller and smaller
 DRAWS = 60  # before an effect is called impossible to show on a drive
 
 # Two forms of one friction: a pair of them is one friction of the second form.
@@ -114,8 +115,11 @@ class Stage:
             raise InputError("the drive is unstable with its nominal parameters; no case drawn")
         scale = _scale(nominal, drive)
         floor = noise_floor(drive)
-        for _ in range(DRAWS):
-            machine, nuisances = add_nuisances(nominal_physics(drive), drive, scale.torque_nm, rng)
+        for attempt in range(DRAWS):
+            size = 0.8 ** max(0, attempt - FULL_SIZE_DRAWS)
+            machine, nuisances = add_nuisances(
+                nominal_physics(drive), drive, scale.torque_nm, rng, size
+            )
             recorded = record_machine(machine, nuisances, drive, reference)
             gap = {name: _rms(recorded.signal(name) - nominal.signals[name]) for name in floor}
             bound = floor | {"voltage_q_v": QUIET_COMMAND * floor["voltage_q_v"]}

@@ -28,12 +28,20 @@ class Nuisances:
 
 
 def add_nuisances(
-    physics: Physics, drive: DriveParameters, peak_torque: float, rng: np.random.Generator
+    physics: Physics,
+    drive: DriveParameters,
+    peak_torque: float,
+    rng: np.random.Generator,
+    size: float = 1.0,
 ) -> tuple[Physics, Nuisances]:
-    """A machine like `physics`, made a little differently. peak_torque: N m, of its motion."""
+    """A machine like `physics`, made a little differently.
+
+    peak_torque: N m, of its motion. size: factor on all differences, for drives more sensitive
+    than the bench.
+    """
 
     def off(share: float) -> float:
-        return 1.0 + share * rng.uniform(-1.0, 1.0)
+        return 1.0 + size * share * rng.uniform(-1.0, 1.0)
 
     made = replace(
         physics,
@@ -49,23 +57,23 @@ def add_nuisances(
         stiffness=tuple(value * off(4e-3) for value in physics.stiffness),
         half_backlash=physics.half_backlash * off(2e-4),
         dead_time_transition_a=float(10.0 ** rng.uniform(-2.0, -0.9)),
-        pwm_step_v=float(rng.choice([0.0, 1.0, 2.0]) * 1e-3),
-        rotor_coulomb=2e-5 * peak_torque * rng.uniform(0.0, 1.0),
-        second_cogging_nm=8e-5 * peak_torque * rng.uniform(0.0, 1.0),
+        pwm_step_v=float(size * rng.choice([0.0, 1.0, 2.0]) * 1e-3),
+        rotor_coulomb=size * 2e-5 * peak_torque * rng.uniform(0.0, 1.0),
+        second_cogging_nm=size * 8e-5 * peak_torque * rng.uniform(0.0, 1.0),
         second_cogging_periods=float(rng.choice([6, 12, 24, 36])),
         second_cogging_phase=float(rng.uniform(0.0, 2.0 * np.pi)),
         rotor_bristle_rad=float(10.0 ** rng.uniform(-4.3, -3.3)),
         load_bristle_rad=float(10.0 ** rng.uniform(-4.3, -3.3)),
         bristle_ratio=float(rng.uniform(0.1, 0.6)),
         rotor_angle=float(rng.normal(0.0, drive.sensors.rotor_position_noise)),
-        load_angle=float(rng.uniform(-0.01, 0.01)) * physics.half_backlash,
-        load_speed=float(rng.uniform(-0.05, 0.05)) * physics.half_backlash,
+        load_angle=size * float(rng.uniform(-0.01, 0.01)) * physics.half_backlash,
+        load_speed=size * float(rng.uniform(-0.05, 0.05)) * physics.half_backlash,
     )
     return made, Nuisances(
         steps_per_tick=_steps(drive, rng),
         # A drive averages within its tick: its own loop is quieter than what is logged. The whole
         # current noise in the loop would move the rotor by two floors of speed.
-        loop_noise=float(rng.uniform(0.05, 0.12)) if rng.random() < 0.5 else 0.0,
+        loop_noise=size * float(rng.uniform(0.05, 0.12)) if rng.random() < 0.5 else 0.0,
         stamp_jitter_s=float(rng.choice([0.0, 1.0])) * 2e-7,
         epoch_ns=1_700_000_000_000_000_000 + int(rng.integers(10**15)),
         noise_seed=int(rng.integers(2**31)),
