@@ -18,6 +18,7 @@ VERBS = {
     "simulate": "the same run on the engine alone, without a graph",
     "analyse": "tracking figures, spectrum and IMFs of a recording",
     "replay": "publish a recording again with its own timing",
+    "diagnose": "where the gap to a recording lies, what causes it, how far it shrinks",
     "blind": "sealed drives diagnosed without their labels, then opened and scored",
 }
 

@@ -1,0 +1,120 @@
+"""`ecyl diagnose`: where the gap between a recording and its model lies, and what causes it."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+import sys
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+from ..errors import InputError
+from .progress import progress_bar
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the verb's flags."""
+    parser.add_argument(
+        "recording", type=Path, metavar="RECORDING", help="MCAP file or rosbag2 folder"
+    )
+    parser.add_argument(
+        "--drive",
+        required=True,
+        metavar="DRIVE.yaml",
+        help="nominal model: a drive file, or a profile: paper, si, bench, servo_1khz",
+    )
+    parser.add_argument("--json", type=Path, metavar="OUT", help="write the diagnosis as JSON")
+    parser.add_argument(
+        "--report", type=Path, metavar="OUT.html", help="write the diagnosis as one HTML page"
+    )
+    parser.add_argument(
+        "--write-drive",
+        type=Path,
+        metavar="OUT.yaml",
+        help="write the drive file with the causes added, for ecyl run --drive",
+    )
+    parser.add_argument("--overwrite", action="store_true", help="replace existing outputs")
+
+
+def run(options: argparse.Namespace) -> int:
+    """Diagnose, write what was asked for, print the summary; 0 whatever the verdict."""
+    from ..drive.drive_file import load_drive, resolve_drive
+    from ..recording.reader import read_recording
+
+    drive_file = resolve_drive(options.drive)
+    _check_outputs(options, drive_file)
+    drive = load_drive(drive_file)
+    recording = read_recording(options.recording)
+    for note in recording.notes:
+        print(f"ecyl diagnose: {note}", file=sys.stderr)
+
+    from ..gap.diagnose import diagnose
+    from ..gap.report.page import write_report
+    from ..gap.report.terminal import summary
+    from ..gap.twin import write_twin
+    from ..recording.atomic import write_text
+
+    with progress_bar("diagnosing") as progress:
+        diagnosis = diagnose(
+            recording,
+            drive,
+            source=str(options.recording),
+            drive_name=str(drive_file),
+            progress=progress,
+        )
+    written = []
+    if options.json is not None:
+        data = _finite(diagnosis.as_json())
+        write_text(options.json, json.dumps(data, indent=2, allow_nan=False) + "\n")
+        written.append(str(options.json))
+    if options.report is not None:
+        write_report(diagnosis, options.report)
+        written.append(str(options.report))
+    if options.write_drive is not None and diagnosis.causes:
+        write_twin(diagnosis, drive_file, options.write_drive)
+        written.append(str(options.write_drive))
+    print(summary(diagnosis, written))
+    if options.write_drive is not None and not diagnosis.causes:
+        print(
+            f"ecyl diagnose: no cause was named, {options.write_drive} is not written",
+            file=sys.stderr,
+        )
+    return 0
+
+
+def _check_outputs(options: argparse.Namespace, drive_file: Path) -> None:
+    outputs = {
+        "--json": options.json,
+        "--report": options.report,
+        "--write-drive": options.write_drive,
+    }
+    taken = {_place(options.recording): "RECORDING", _place(drive_file): "--drive"}
+    for flag, path in outputs.items():
+        if path is None:
+            continue
+        if _place(path) in taken:
+            raise InputError(
+                f"{flag} {path}: is {taken[_place(path)]} too; expected a file of its own"
+            )
+        taken[_place(path)] = flag
+        if path.is_dir():
+            raise InputError(f"{flag} {path}: is a folder; expected the name of a file")
+        if path.exists() and not options.overwrite:
+            raise InputError(f"{flag} {path}: exists; expected a new name, or --overwrite")
+
+
+def _place(path: Path) -> Path:
+    return path.resolve()
+
+
+def _finite(data: Any) -> Any:
+    """Plain data with None for numbers that JSON does not know."""
+    if isinstance(data, dict):
+        return {key: _finite(value) for key, value in data.items()}
+    if isinstance(data, str):
+        return data
+    if isinstance(data, float):
+        return data if math.isfinite(data) else None
+    return [_finite(value) for value in data] if isinstance(data, Iterable) else data

@@ -1,0 +1,324 @@
+"""The report: one HTML file that needs nothing else, most important things first."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from ... import __version__
+from ...effects.catalogue import CATALOGUE
+from ...recording.atomic import write_text
+from ..diagnosis import Cause, Diagnosis, FittedParameter
+from ..verdict import PERFECT
+from . import quantities as q
+from . import residual, stretch, words
+from .markup import escape, figure, key, table, typeset
+from .style import CSS
+from .verdict import sentence, strongest
+from .waterfall import waterfall
+
+_LOUD = 2.0  # a block or signal this many times over its floor is set bold
+
+
+def write_report(diagnosis: Diagnosis, path: str | Path) -> None:
+    """Write `report_html`, whole or not at all; InputError where that cannot be."""
+    write_text(path, report_html(diagnosis))
+
+
+def report_html(diagnosis: Diagnosis) -> str:
+    """The page as text."""
+    body = [
+        _head(diagnosis),
+        _closing(diagnosis),
+        _stretch(diagnosis),
+        _causes(diagnosis),
+        _where(diagnosis),
+        _runners_up(diagnosis),
+        _notes(diagnosis),
+        _smallprint(diagnosis),
+    ]
+    name = escape(Path(diagnosis.source).name)
+    return (
+        '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
+        '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
+        f"<title>Diagnosis of {name}</title>\n<style>{CSS}</style>\n</head>\n<body>\n"
+        + "\n".join(part for part in body if part)
+        + "\n</body>\n</html>\n"
+    )
+
+
+def _head(diagnosis: Diagnosis) -> str:
+    source, drive = (escape(Path(one).name) for one in (diagnosis.source, diagnosis.drive))
+    return (
+        f"<header><h1>{words.verdict(diagnosis.verdict)}</h1>"
+        f'<p class="verdict">{typeset(sentence(diagnosis))}</p>'
+        f'<p class="quiet from">{source} against {drive}, '
+        f"{q.number(diagnosis.duration_s)} s at {q.number(diagnosis.rate_hz)} Hz</p></header>"
+    )
+
+
+def _section(heading: str, *parts: str) -> str:
+    content = "".join(parts)
+    return f"<section><h2>{heading}</h2>{content}</section>" if content else ""
+
+
+def _closing(diagnosis: Diagnosis) -> str:
+    caption = (
+        "RMS of recorded less simulated on held-out stretches, pooled over the signals, each over "
+        "the standard deviation of what was recorded. Dashed: measurement noise."
+    )
+    facts = []
+    if diagnosis.causes:
+        facts += [("taken off", f"{q.percent(diagnosis.shrink)} of what stands above the floor")]
+    misfit = f"{q.number(diagnosis.misfit_before)} before"
+    if diagnosis.causes:
+        misfit += f", {q.number(diagnosis.misfit_after)} after"
+    facts += [
+        ("misfit", f"{misfit}: the same in noise floors, robust against single spikes"),
+        ("a perfect model", f"has a misfit of about {q.number(PERFECT, 2)}"),
+    ]
+    items = "".join(f"<dt>{typeset(name)}</dt><dd>{typeset(text)}</dd>" for name, text in facts)
+    heading = "How the gap closes" if diagnosis.causes else "How large the gap is"
+    picture = figure(waterfall(diagnosis), caption)
+    return _section(heading, f'<div class="pair">{picture}<dl>{items}</dl></div>')
+
+
+def _keys(diagnosis: Diagnosis, *, recorded: bool) -> str:
+    kinds = [("recorded", "recorded")] if recorded else []
+    kinds.append(("before", "nominal model"))
+    if diagnosis.causes:
+        added = "cause" if len(diagnosis.causes) == 1 else "causes"
+        kinds.append(("after", f"with the {added} added"))
+    if not recorded:
+        kinds.append(("floor", "measurement noise"))
+    return key(*kinds)
+
+
+def _stretch(diagnosis: Diagnosis) -> str:
+    chosen = stretch.worst(diagnosis)
+    if chosen is None:
+        return ""
+    time = diagnosis.series.time_s
+    what = "The held-out stretch with the largest gap"
+    span = f"{time[chosen.start]:.2f} s to {time[chosen.stop - 1]:.2f} s"
+    return _section(
+        "Recorded against simulated",
+        f"<p>{what}, {typeset(span)}. No parameter was fitted to it.</p>",
+        _keys(diagnosis, recorded=True),
+        stretch.figures(diagnosis, chosen),
+    )
+
+
+def _causes(diagnosis: Diagnosis) -> str:
+    return _section(
+        "Causes" if len(diagnosis.causes) != 1 else "Cause",
+        *(_cause(one, len(diagnosis.causes) > 1) for one in diagnosis.causes),
+    )
+
+
+def _cause(one: Cause, several: bool) -> str:
+    rows = [_parameter(one.effect, parameter) for parameter in one.parameters]
+    head = [("parameter", ""), ("value", "num"), ("95 % interval", "num"), ("in SI", "num")]
+    if not any(row[-1] for row in rows):
+        head, rows = head[:-1], [row[:-1] for row in rows]
+    parts = [f"<h3>{typeset(words.heading(one.effect))}</h3>"]
+    effect = CATALOGUE.get(one.effect)
+    if effect is not None:
+        parts.append(f"<p>{typeset(effect.summary)}</p>")
+    if rows:
+        parts.append(table("", head, rows))
+    facts = [
+        ("confidence", q.confidence(one.confidence)),
+        ("acts in", words.block(one.block)),
+        ("takes off", f"{q.percent(one.shrink)} of the gap"),
+    ]
+    if several:
+        facts.append(("without it", f"{q.percent(one.shrink_alone_lost)} of the gap comes back"))
+    if one.alternatives:
+        others = words.listed([words.title(name) for name in one.alternatives], "or")
+        facts.append(("could also be", others))
+        facts.append(("to tell them apart", one.excitation or "another recording"))
+    else:
+        facts.append(("could also be", "nothing else in the catalogue fits as well"))
+    items = "".join(f"<dt>{typeset(name)}</dt><dd>{typeset(text)}</dd>" for name, text in facts)
+    name = f"<dt>in drive files</dt><dd>{escape(one.effect)}</dd>"
+    return f"<article>{''.join(parts)}<dl>{items}{name}</dl></article>"
+
+
+def _parameter(effect: str, one: FittedParameter) -> list[str]:
+    value, low, high, unit = q.interval(one)
+    known = CATALOGUE.get(effect)
+    meaning = {p.name: p.meaning for p in known.parameters} if known else {}
+    label = q.parameter_label(one.name)
+    if one.name in meaning:
+        label += f" ({meaning[one.name]})"
+    si = q.joined(q.number(one.value, 5), one.unit) if unit != one.unit else ""
+    note = " at the bound of the fit" if one.at_bound else ""
+    return [
+        typeset(label),
+        f"<b>{typeset(q.joined(value, unit))}</b>",
+        typeset(f"{low} to {high}{note}"),
+        typeset(si),
+    ]
+
+
+def _where(diagnosis: Diagnosis) -> str:
+    pictures = residual.figures(diagnosis)
+    return _section(
+        "Where the gap lies" if diagnosis.verdict != "no_gap" else "Signal by signal",
+        _signals(diagnosis),
+        _ports(diagnosis),
+        _conditions(diagnosis),
+        _frequencies(diagnosis),
+        _residual_heading(diagnosis) + _keys(diagnosis, recorded=False) + pictures
+        if pictures
+        else "",
+    )
+
+
+def _signals(diagnosis: Diagnosis) -> str:
+    both = bool(diagnosis.causes)
+    head = [("signal", ""), ("gap / floor", "num")]
+    head += [("after / floor", "num")] if both else []
+    head += [("gap", "num")]
+    head += [("after", "num")] if both else []
+    head += [("floor", "num")]
+    rows = []
+    for one in diagnosis.signals:
+        values = [one.gap, one.after] if both else [one.gap]
+        row = [typeset(words.signal(one.name))]
+        row += [_ratio(value / one.floor if one.floor > 0.0 else np.nan) for value in values]
+        row += [typeset(q.amount(value, one.unit)) for value in (*values, one.floor)]
+        rows.append(row)
+    caption = (
+        "By signal: RMS of recorded less simulated on held-out stretches; the floor is "
+        "measurement noise alone."
+    )
+    return table(caption, head, rows) if rows else ""
+
+
+def _ratio(value: float) -> str:
+    text = q.number(value)
+    return f"<b>{text}</b>" if value >= _LOUD else text
+
+
+def _ports(diagnosis: Diagnosis) -> str:
+    head = [("block", ""), ("left / floor", "num"), ("judged by", ""), ("left", "num")]
+    head += [("floor", "num")]
+    rows = [
+        [
+            typeset(words.block(one.block)),
+            _ratio(one.ratio),
+            escape(one.what),
+            typeset(q.amount(one.rms, one.unit)),
+            typeset(q.amount(one.floor, one.unit)),
+        ]
+        for one in diagnosis.ports
+    ]
+    caption = (
+        "By block: what its own nominal equation leaves with measured signals at its ports, so "
+        "that the loop does not carry one block's fault into the others. About 1 where the block "
+        "is as modelled."
+    )
+    return table(caption, head, rows) if rows else ""
+
+
+def _conditions(diagnosis: Diagnosis) -> str:
+    head = [("when", ""), ("of the gap", "num"), ("of the time", "num"), ("", "share")]
+    rows = []
+    for one in diagnosis.when:
+        widths = [100.0 * min(max(share, 0.0), 1.0) for share in (one.share, one.time_share)]
+        rows.append(
+            [
+                typeset(words.condition(one.condition)),
+                typeset(q.whole_percent(one.share)),
+                typeset(q.whole_percent(one.time_share)),
+                f'<span class="part" style="width:{widths[0]:.1f}%"></span>'
+                f'<span class="part time" style="width:{widths[1]:.1f}%"></span>',
+            ]
+        )
+    caption = (
+        "By condition: share of the gap's energy against share of the time. Conditions overlap."
+    )
+    return table(caption, head, rows) if rows else ""
+
+
+def _frequencies(diagnosis: Diagnosis) -> str:
+    if not diagnosis.frequency_hz:
+        return ""
+    lines = words.listed([f"{q.number(one)} Hz" for one in diagnosis.frequency_hz])
+    return f"<p>Strongest lines of the gap's spectrum: {typeset(lines)}.</p>"
+
+
+def _residual_heading(diagnosis: Diagnosis) -> str:
+    about = strongest(diagnosis)
+    assert about is not None  # there are pictures
+    return (
+        f"<h3>Difference in {typeset(words.signal(about.name))}, recorded less simulated</h3>"
+        '<p class="caption">The signal that stands highest over its floor.</p>'
+    )
+
+
+def _runners_up(diagnosis: Diagnosis) -> str:
+    if not diagnosis.candidates:
+        return ""
+    best = min(one.judged for one in diagnosis.candidates)
+    head = [("set of effects", ""), ("fitted", "num"), ("held out", "num"), ("over best", "num")]
+    rows = [
+        [
+            _bold(typeset(words.effect_set(one.effects)), _is_named(diagnosis, one.effects)),
+            q.number(one.fitted),
+            q.number(one.judged),
+            f"× {q.number(one.judged / best)}" if best > 0.0 and np.isfinite(one.judged) else "-",
+        ]
+        for one in diagnosis.candidates
+    ]
+    caption = (
+        "Misfit in noise floors, robust against single spikes, on fitted and on held-out "
+        "stretches; best first"
+        + ("; in bold what is named." if diagnosis.causes else "; none was named.")
+    )
+    return _section("What else was tried", table(caption, head, rows))
+
+
+def _is_named(diagnosis: Diagnosis, effects: tuple[str, ...]) -> bool:
+    return bool(effects) and set(effects) == {one.effect for one in diagnosis.causes}
+
+
+def _bold(text: str, wanted: bool) -> str:
+    return f"<b>{text}</b>" if wanted else text
+
+
+def _notes(diagnosis: Diagnosis) -> str:
+    if not diagnosis.notes:
+        return ""
+    items = "".join(f"<li>{escape(one)}</li>" for one in diagnosis.notes)
+    return _section("What could not be judged", f"<ul>{items}</ul>")
+
+
+def _smallprint(diagnosis: Diagnosis) -> str:
+    facts = [
+        ("recording", escape(diagnosis.source)),
+        ("nominal model", escape(diagnosis.drive)),
+        ("held out", typeset(_held_out(diagnosis))),
+        ("effort", typeset(f"{diagnosis.replays} replays, {q.number(diagnosis.seconds)} s")),
+        ("made by", f"ecyl {escape(__version__)}, schema ecyl.diagnosis/1"),
+    ]
+    items = "".join(f"<dt>{name}</dt><dd>{text}</dd>" for name, text in facts)
+    return f"<footer><h2>How this was made</h2><dl>{items}</dl></footer>"
+
+
+def _held_out(diagnosis: Diagnosis) -> str:
+    series = diagnosis.series
+    runs = stretch.stretches(series.held_out)
+    if not runs:
+        return "nothing"
+    lengths = [float(series.time_s[one.stop - 1] - series.time_s[one.start]) for one in runs]
+    share = float(np.mean(series.held_out))
+    count = "1 stretch" if len(runs) == 1 else f"{len(runs)} stretches"
+    return (
+        f"{count} of {q.number(float(np.median(lengths)), 2)} s, spread over the recording, "
+        f"{q.whole_percent(share)} of its samples; no parameter was fitted to them, and what is "
+        "said of the gap holds there"
+    )

@@ -1,0 +1,111 @@
+"""The summary for the terminal: plain text that reads the same in a pipe."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Sequence
+
+from ..diagnosis import Diagnosis
+from . import quantities as q
+from . import words
+from .verdict import sentence, telling_condition
+
+_WIDTH = 96
+_MOST_NOTES = 3
+
+
+def summary(diagnosis: Diagnosis, written: Sequence[str] = ()) -> str:
+    """Verdict, causes, where, runner-up, notes and the paths of what was written."""
+    blocks = [
+        textwrap.fill(sentence(diagnosis), _WIDTH),
+        _causes(diagnosis),
+        _signals(diagnosis),
+        "\n".join([*_where(diagnosis), *_runner_up(diagnosis), *_notes(diagnosis)]),
+        "\n".join(f"{'written':<10}{_clean(one)}" for one in written),
+    ]
+    return "\n\n".join(block for block in blocks if block)
+
+
+def _clean(text: str) -> str:
+    """No control characters from files reach the terminal."""
+    return "".join(c if c.isprintable() else "?" for c in text)
+
+
+def _table(rows: Sequence[Sequence[str]], right: Sequence[int]) -> str:
+    widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]))]
+    lines = []
+    for row in rows:
+        cells = [
+            cell.rjust(width) if column in right else cell.ljust(width)
+            for column, (cell, width) in enumerate(zip(row, widths, strict=True))
+        ]
+        lines.append("  ".join(cells).rstrip())
+    return "\n".join(lines)
+
+
+def _causes(diagnosis: Diagnosis) -> str:
+    if not diagnosis.causes:
+        return ""
+    rows = [["cause", "parameter", "value", "95 % interval", "confidence", "takes off"]]
+    for one in diagnosis.causes:
+        name = [words.title(one.effect), q.confidence(one.confidence), q.percent(one.shrink)]
+        for parameter in one.parameters:
+            value, low, high, unit = q.interval(parameter)
+            span = f"{low} to {high}" + (" (bound)" if parameter.at_bound else "")
+            label = q.parameter_label(parameter.name)
+            rows.append([name[0], label, q.joined(value, unit), span, name[1], name[2]])
+            name = ["", "", ""]
+        if not one.parameters:
+            rows.append([name[0], "", "", "", name[1], name[2]])
+    return _table(rows, (2, 4, 5))
+
+
+def _signals(diagnosis: Diagnosis) -> str:
+    if not diagnosis.signals:
+        return ""
+    both = bool(diagnosis.causes)
+    head = ["held out", "gap", "after", "floor", "gap/floor", "after/floor"]
+    rows = []
+    for one in diagnosis.signals:
+        row = [words.signal(one.name)]
+        row += [q.amount(value, one.unit) for value in (one.gap, one.after, one.floor)]
+        row += [q.times(one.gap, one.floor), q.times(one.after, one.floor)]
+        rows.append(row)
+    rows = [head, *rows]
+    if not both:  # after is before
+        rows = [[row[0], row[1], row[3], row[4]] for row in rows]
+    return _table(rows, range(1, len(rows[0])))
+
+
+def _where(diagnosis: Diagnosis) -> list[str]:
+    lines = []
+    when = telling_condition(diagnosis)
+    if when is not None:
+        lines.append(
+            f"{'when':<10}{q.whole_percent(when.share)} of the gap "
+            f"{words.condition(when.condition)}, {q.whole_percent(when.time_share)} of the time"
+        )
+    if diagnosis.ports and diagnosis.verdict != "no_gap":
+        ports = ", ".join(f"{one.block} {q.number(one.ratio)}" for one in diagnosis.ports)
+        lines.append(f"{'at ports':<10}{ports} x floor")
+    return lines
+
+
+def _runner_up(diagnosis: Diagnosis) -> list[str]:
+    named = {one.effect for one in diagnosis.causes}
+    others = [one for one in diagnosis.candidates if one.effects and set(one.effects) != named]
+    if not (named and others):  # where none is named, the verdict says what came closest
+        return []
+    best = min(others, key=lambda one: one.judged)
+    return [
+        f"{'next best':<10}{words.effect_set(best.effects)}: misfit {q.number(best.judged)} noise "
+        f"floors, what is named {q.number(diagnosis.misfit_after)}"
+    ]
+
+
+def _notes(diagnosis: Diagnosis) -> list[str]:
+    lines = [f"{'note':<10}{_clean(one)}" for one in diagnosis.notes[:_MOST_NOTES]]
+    more = len(diagnosis.notes) - _MOST_NOTES
+    if more > 0:
+        lines.append(f"{'':<10}{more} more in the report and in the JSON")
+    return lines

@@ -1,0 +1,165 @@
+"""The verdict in plain sentences."""
+
+from __future__ import annotations
+
+from ..diagnosis import Cause, ConditionShare, Diagnosis, SignalGap
+from . import quantities as q
+from . import words
+
+_NOISE = 1.2  # what is left is called measurement noise up to this multiple of the floor
+_TELLING = 1.5  # a condition is worth a word if it holds so many times its share of the time
+_MUCH = 0.3  # ... and this share of the gap
+
+
+def sentence(diagnosis: Diagnosis) -> str:
+    """What came out, in one to four sentences of plain text."""
+    if diagnosis.verdict == "no_gap":
+        return _no_gap(diagnosis)
+    if diagnosis.verdict == "unexplained" or not diagnosis.causes:
+        return _unexplained(diagnosis)
+    if diagnosis.verdict == "explained":
+        return _explained(diagnosis)
+    return _partly(diagnosis)
+
+
+def strongest(diagnosis: Diagnosis, after: bool = False) -> SignalGap | None:
+    """The signal whose gap stands highest over its floor; before unless `after`."""
+    known = [one for one in diagnosis.signals if one.floor > 0.0]
+    if not known:
+        return None
+    return max(known, key=lambda one: (one.after if after else one.gap) / one.floor)
+
+
+def telling_condition(diagnosis: Diagnosis) -> ConditionShare | None:
+    """The condition that holds far more of the gap than of the time; None where none does."""
+    fit = [
+        one
+        for one in diagnosis.when
+        if one.share >= _MUCH and one.share >= _TELLING * max(one.time_share, 1e-9)
+    ]
+    return max(fit, key=lambda one: one.share - one.time_share, default=None)
+
+
+def _over_floor(diagnosis: Diagnosis, value: float) -> str:
+    return q.times(value, diagnosis.floor)
+
+
+def _no_gap(diagnosis: Diagnosis) -> str:
+    worst = strongest(diagnosis)
+    text = "There is no gap to explain: the nominal model already stands at the measurement noise"
+    if worst is None:
+        return f"{text}."
+    return (
+        f"{text}. The signal furthest from it, the {words.signal(worst.name)}, stands at "
+        f"{q.times(worst.gap, worst.floor)} times its noise."
+    )
+
+
+def _alone(one: Cause) -> str:
+    name = words.with_article(one.effect)
+    if not one.parameters:
+        return name
+    if len(one.parameters) == 1:
+        return f"{name}: {q.with_interval(one.parameters[0])}"
+    parts = [f"{q.parameter_label(p.name)} {q.with_interval(p)}" for p in one.parameters]
+    return f"{name}: {', '.join(parts)}"
+
+
+def _among_others(one: Cause) -> str:
+    name = words.with_article(one.effect)
+    if not one.parameters:
+        return name
+    if len(one.parameters) == 1:
+        return f"{name} of {q.with_interval(one.parameters[0])}"
+    parts = []
+    for parameter in one.parameters:
+        value, _, _, unit = q.interval(parameter)
+        parts.append(f"{q.parameter_label(parameter.name)} {q.joined(value, unit)}")
+    return f"{name} ({', '.join(parts)})"
+
+
+def _named(diagnosis: Diagnosis) -> str:
+    if len(diagnosis.causes) == 1:
+        return _alone(diagnosis.causes[0])
+    return words.listed([_among_others(one) for one in diagnosis.causes])
+
+
+def _adding(diagnosis: Diagnosis) -> str:
+    what = "it" if len(diagnosis.causes) == 1 else "them"
+    share = q.percent(diagnosis.shrink)
+    return (
+        f"Adding {what} takes off {'all' if share == '100 %' else share} of the gap on stretches "
+        "that no parameter was fitted to"
+    )
+
+
+def _doubts(diagnosis: Diagnosis) -> str:
+    text = ""
+    several = len(diagnosis.causes) > 1
+    for one in diagnosis.causes:
+        if one.alternatives:
+            others = words.listed([words.with_article(name) for name in one.alternatives], "or")
+            what = f"the {words.title(one.effect)}" if several else "it"
+            text += f" This recording cannot tell {what} from {others}."
+    return text
+
+
+def _sureness(diagnosis: Diagnosis) -> str:
+    return f" Confidence {q.confidence(min(one.confidence for one in diagnosis.causes))}."
+
+
+def _explained(diagnosis: Diagnosis) -> str:
+    near = diagnosis.after <= _NOISE * diagnosis.floor
+    left = (
+        "what is left is measurement noise"
+        if near
+        else f"what is left is {_over_floor(diagnosis, diagnosis.after)} times the measurement "
+        "noise"
+    )
+    return (
+        f"The gap is explained by {_named(diagnosis)}. {_adding(diagnosis)}; {left}."
+        f"{_sureness(diagnosis)}{_doubts(diagnosis)}"
+    )
+
+
+def _partly(diagnosis: Diagnosis) -> str:
+    worst = strongest(diagnosis, after=True)
+    where = ""
+    if worst is not None:
+        where = (
+            f", most clearly in the {words.signal(worst.name)} "
+            f"({q.times(worst.after, worst.floor)} times its noise)"
+        )
+    return (
+        f"The gap is partly explained by {_named(diagnosis)}. {_adding(diagnosis)}; structure "
+        f"that nothing in the catalogue explains remains{where}."
+        f"{_sureness(diagnosis)}{_doubts(diagnosis)}"
+    )
+
+
+def _unexplained(diagnosis: Diagnosis) -> str:
+    worst = strongest(diagnosis)
+    text = "The gap is not explained by anything in the catalogue."
+    if worst is not None:
+        text += (
+            f" It shows most clearly in the {words.signal(worst.name)}, at "
+            f"{q.times(worst.gap, worst.floor)} times its measurement noise"
+        )
+        when = telling_condition(diagnosis)
+        if when is not None:
+            text += (
+                f"; {q.whole_percent(when.share)} of the gap lies "
+                f"{words.condition(when.condition)}, in {q.whole_percent(when.time_share)} of "
+                "the time"
+            )
+        text += "."
+    if diagnosis.block is not None:
+        text += f" Effects in {words.block(diagnosis.block)} come closest."
+    best = next((one for one in diagnosis.candidates if one.effects), None)
+    if best is not None:
+        text += (
+            f" The closest that was tried, alone or in sets, is {words.effect_set(best.effects)}: "
+            f"it leaves a misfit of {q.number(best.judged)} noise floors of "
+            f"{q.number(diagnosis.misfit_before)}, and is too unlike to be named."
+        )
+    return text
