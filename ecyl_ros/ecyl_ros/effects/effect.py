@@ -85,6 +85,14 @@ class Evidence(Protocol):
         """
 
     @property
+    def current_error_a(self) -> FloatArray:
+        """Recorded less replayed i_q."""
+
+    @property
+    def rotor_speed_error_rad_s(self) -> FloatArray:
+        """Recorded less replayed rotor speed."""
+
+    @property
     def rod_error_rad(self) -> FloatArray:
         """Rod position that rotor and transmission do not explain, as rotor angle."""
 

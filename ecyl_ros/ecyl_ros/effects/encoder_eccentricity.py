@@ -9,8 +9,8 @@ from .effect import Effect, Evidence, Quantity, Start, phase
 
 
 def starts(evidence: Evidence) -> list[Start]:
-    """Small in all four quadrants: the response is close to linear."""
-    return [{"amplitude_rad": 0.01, "phase_rad": quarter * 0.5 * math.pi} for quarter in range(4)]
+    """Small: the response is close to linear in size and phase."""
+    return [{"amplitude_rad": 0.01, "phase_rad": 0.0}]
 
 
 EFFECT = Effect(

@@ -12,15 +12,23 @@ from .starts import strongest
 
 
 def starts(evidence: Evidence) -> list[Start]:
-    """The strongest lines of the unexplained torque over time."""
+    """The strongest lines of what the replay leaves of the current (else of the rotor's speed)."""
     time = evidence.time_s
     length = float(time[-1] - time[0])
     top = 0.4 * len(time) / max(length, 1e-9)
-    frequencies = np.arange(0.5 / length, min(top, 150.0), 0.25 / length) * 2.0 * math.pi
-    lines = strongest(evidence.torque_nm, time, frequencies, 4, np.ones_like(time))
-    ratio = evidence.drive.transmission.rod_per_rotor
+    rates = np.arange(1.0 / length, min(top, 150.0), 0.25 / length) * 2.0 * math.pi
+    drive = evidence.drive
+    error, per_error = evidence.current_error_a, drive.motor.torque_constant
+    if not np.isfinite(error).any():
+        error, per_error = evidence.rotor_speed_error_rad_s, drive.motor.rotor_inertia * 100.0
+    ratio = drive.transmission.rod_per_rotor
+    lines = strongest(error, time, rates, 3, np.ones_like(time))
     return [
-        {"amplitude_n": size / ratio, "frequency_hz": rate / (2.0 * math.pi), "phase_rad": shift}
+        {
+            "amplitude_n": size * per_error / ratio,
+            "frequency_hz": rate / (2.0 * math.pi),
+            "phase_rad": shift,
+        }
         for rate, size, shift in lines
     ]
 

@@ -11,6 +11,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+import math
 import os
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -90,14 +92,42 @@ class _Competition:
     def starts(self, base: Fit, names: Iterable[str], most: int) -> list[Fit]:
         """`base` with one more effect, at up to `most` starts that the recording suggests."""
         evidence = gather(self.fitter.replay, base.values)
-        jobs: list[Values] = []
+        jobs: list[tuple[str, dict[str, float]]] = []
         for name in names:
             if name in base.values:
                 continue
             for start in CATALOGUE[name].starts(evidence)[:most]:
                 if _possible(name, start):
-                    jobs.append({**base.values, name: dict(start)})
-        return self.map(self.fitter.evaluate, jobs)
+                    jobs.append((name, dict(start)))
+
+        def begin(job: tuple[str, dict[str, float]]) -> Fit:
+            name, start = job
+            fit = self.fitter.evaluate({**base.values, name: start})
+            if "phase_rad" in fit.values[name]:
+                return self._in_phase(base, name, fit)
+            return fit
+
+        return self.map(begin, jobs)
+
+    def _in_phase(self, base: Fit, name: str, fit: Fit) -> Fit:
+        """A periodic effect with the size and phase that its response in quadrature suggests."""
+        given = fit.values[name]
+        size = CATALOGUE[name].parameters[0]
+        shifted = {**given, "phase_rad": given["phase_rad"] + 0.5 * math.pi}
+        other = self.fitter.evaluate({**base.values, name: shifted})
+        target = self._thin(base)
+        pair = np.column_stack([target - self._thin(fit), target - self._thin(other)])
+        sine, cosine = np.linalg.lstsq(pair, target, rcond=None)[0]
+        turned = {
+            **given,
+            size.name: min(given[size.name] * math.hypot(sine, cosine), size.high),
+            "phase_rad": math.remainder(
+                given["phase_rad"] + math.atan2(cosine, sine), 2.0 * math.pi
+            ),
+        }
+        third = self.fitter.evaluate({**base.values, name: turned})
+        best = min((fit, other, third), key=lambda one: one.fitted)
+        return dataclasses.replace(best, replays=3)
 
     def search(self, fits: Sequence[Fit]) -> list[Fit]:
         """Fit each from afar; best first."""

@@ -31,6 +31,8 @@ class ReplayEvidence:
     current_a: FloatArray
     voltage_v: FloatArray
     torque_nm: FloatArray
+    current_error_a: FloatArray
+    rotor_speed_error_rad_s: FloatArray
     rod_error_rad: FloatArray
 
 
@@ -112,5 +114,7 @@ def gather(replay: Replay, effects: Effects) -> ReplayEvidence:
         recorded["current_q"],
         recorded["voltage_q"],
         torque,
+        np.where(replay.usable, recorded["current_q"] - simulated["current_q"], np.nan),
+        np.where(replay.usable, speed - simulated["rotor_velocity"], np.nan),
         rod,
     )

@@ -54,7 +54,7 @@ SIGNALS = (
 
 # A step of the replay's integrator times the drive's fastest rate: its error stays far below the
 # noise floor, and it takes half the time of the emulator's own.
-_REPLAY_RATE_STEP = 0.25
+_REPLAY_RATE_STEP = 0.45
 _MOST_SUBSTEPS = (
     40  # per tick; a fit that wanders to an absurdly stiff drive must not take for ever
 )
