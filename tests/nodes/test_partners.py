@@ -134,6 +134,26 @@ def test_a_stopped_launcher_leaves_no_node_and_a_recording(sent: int, tmp_path: 
         assert all(" 1 of " in note and "samples missing" in note for note in recording.notes)
 
 
+def test_plant_and_controller_share_a_processor(tmp_path: Path) -> None:
+    """The launcher keeps the others off the processor of plant and controller, if there are two."""
+    out = tmp_path / "run.mcap"
+    process = start("run", "--drive", "bench", "--reference", SINE, "--duration", 600, "--out", out)
+    try:
+        assert _wait_until(lambda: out.exists() and out.stat().st_size > 300_000, 60.0)
+        found = {
+            Path(f"/proc/{pid}/cmdline").read_text().split("\0")[3]: os.sched_getaffinity(pid)
+            for pid in _children(process.pid)
+        }
+    finally:
+        process.terminate()
+        process.communicate(timeout=20)
+    assert len(found) == 5
+    assert found["plant"] == found["controller"] and len(found["plant"]) == 1
+    others = set.union(*(found[name] for name in ("recorder", "analyser", "reference")))
+    usable = os.sched_getaffinity(0)
+    assert others == (usable - found["plant"] if len(usable) > 1 else usable)
+
+
 def test_a_killed_recorder_keeps_its_closed_chunks(tmp_path: Path) -> None:
     """SIGKILL the recorder in mid-run: the launcher says so, and what was flushed opens again."""
     out = tmp_path / "run.mcap"

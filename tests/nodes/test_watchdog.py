@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import subprocess
 from collections.abc import Iterator
@@ -148,6 +149,17 @@ def test_a_lost_listener_does_not_hold_up_the_drive(graph, listener) -> None:
     assert listener.until(lambda: listener.joints > heard + 3000)
     text = graph.end("plant")
     assert "windings shorted" not in text
+
+
+def test_plant_and_controller_run_first_or_say_that_they_may_not(graph, listener) -> None:
+    """Real-time priority for both, or a warning that the kernel refuses it."""
+    policies = {
+        name: os.sched_getscheduler(graph.nodes[name].pid) & ~os.SCHED_RESET_ON_FORK
+        for name in ("plant", "controller", "reference")
+    }
+    refused = "no real-time priority" in graph.end("plant")
+    wanted = os.SCHED_OTHER if refused else os.SCHED_FIFO
+    assert policies == {"plant": wanted, "controller": wanted, "reference": os.SCHED_OTHER}
 
 
 def test_without_plant_the_others_end(graph, listener) -> None:

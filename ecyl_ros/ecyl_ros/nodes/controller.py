@@ -18,7 +18,7 @@ from ..drive.stability import check_stability
 from ..errors import InputError
 from . import wire
 from .drive_node import DriveNode
-from .realtime import watchdog_ns, with_transport_delay
+from .realtime import run_as_others, run_first, watchdog_ns, with_transport_delay
 from .run_node import run_node
 
 BUFFERED_REFERENCES = 4096
@@ -157,6 +157,8 @@ class Controller(DriveNode):
         self._answered_ns = stamp_ns
         self._publish(joints.header, telemetry=phase == 0.0)
         if first:
+            if self.realtime:
+                run_first()  # where the kernel refuses, the plant says so
             self.get_logger().info("first measurement answered")
         return True
 
@@ -211,6 +213,8 @@ class Controller(DriveNode):
 
     def close(self) -> None:
         """Say what a real-time run was short of."""
+        if self.realtime:
+            run_as_others()
         if self.unreferenced:
             self.get_logger().warning(
                 f"{self.unreferenced} ticks without a reference: the last one was held"

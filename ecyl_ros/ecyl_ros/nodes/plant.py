@@ -38,7 +38,7 @@ from ..drive.stability import check_stability
 from ..drive.telemetry import joint_values, tick_stamp_ns
 from . import wire
 from .drive_node import DriveNode
-from .realtime import TickTiming, watchdog_ns, with_transport_delay
+from .realtime import TickTiming, run_as_others, run_first, watchdog_ns, with_transport_delay
 from .run_node import run_node
 
 START_DELAY_S = 0.5  # real time: from announcing the epoch to the first tick
@@ -115,7 +115,9 @@ class Plant(DriveNode):
         self._timer = None
         self._steady = steady
         self._start_timer = self.create_timer(0.05, self._try_start, clock=steady)
-        self.create_timer(1.0, self._publish_diagnostics, clock=steady)
+        # Half a second apart: together they would take as long as a tick has at 1 kHz.
+        self._progress_due = False
+        self.create_timer(0.5, self._report_progress, clock=steady)
 
     # --- start ---------------------------------------------------------------------------------
 
@@ -150,6 +152,11 @@ class Plant(DriveNode):
             self._commanded_ns = self._epoch_ns
             self._epoch.publish(wire.to_time(self._epoch_ns))
             self.timing.start(self._started)
+            if not run_first():
+                self.get_logger().warning(
+                    "the kernel gives no real-time priority (see ulimit -r): ticks will be late "
+                    "when the machine is busy"
+                )
         else:
             self._epoch_ns = 0
             self._started = time.monotonic()
@@ -312,12 +319,15 @@ class Plant(DriveNode):
             "ticks_per_s": self._tick / wall if wall > 0 else 0.0,
         } | timing
 
-    def _publish_diagnostics(self) -> None:
-        """Once a second, on `/diagnostics` and in the summary file, which so shows progress."""
+    def _report_progress(self) -> None:
+        """Figures on `/diagnostics` and, half a second later, in the summary file, by turns."""
         if not self._tick:
             return
+        self._progress_due = not self._progress_due
         figures = self._figures(self.timing.running_figures(self._tick) if self.realtime else {})
-        self._write_summary(figures)
+        if self._progress_due:
+            self._write_summary(figures)
+            return
         self.report(
             DiagnosticStatus.OK,
             "plant timing",
@@ -327,6 +337,8 @@ class Plant(DriveNode):
 
     def close(self) -> None:
         """Leave the figures of the whole run."""
+        if self.realtime:
+            run_as_others()
         self._write_summary(self._figures(self.timing.figures(self._tick) if self.realtime else {}))
 
     def _write_summary(self, figures: dict) -> None:

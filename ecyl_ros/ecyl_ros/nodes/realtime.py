@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import array
 import dataclasses
+import os
+from pathlib import Path
 
 import numpy as np
 
@@ -21,6 +23,40 @@ WATCHDOG_TICKS = 5
 def watchdog_ns(rate: float) -> int:
     """The watchdog's time at this control rate (Hz), ns."""
     return round(max(WATCHDOG_S, WATCHDOG_TICKS / rate) * 1e9)
+
+
+# SCHED_FIFO's lowest priority: before all ordinary threads, behind every other real-time one.
+_PRIORITY = 1
+
+
+def run_first() -> bool:
+    """Have the kernel run this process's threads before ordinary ones; False if it refuses.
+
+    For when a run begins: at start-up there is much to do that nobody waits for. A machine with a
+    single processor is left alone, it has other nodes to run.
+    """
+    if (os.cpu_count() or 1) < 2:
+        return False
+    return _schedule("SCHED_FIFO", _PRIORITY)
+
+
+def run_as_others() -> None:
+    """Undo `run_first`."""
+    _schedule("SCHED_OTHER", 0)
+
+
+def _schedule(policy: str, priority: int) -> bool:
+    if not hasattr(os, policy):
+        return False  # not Linux
+    flags = getattr(os, policy) | (os.SCHED_RESET_ON_FORK if priority else 0)
+    for task in Path("/proc/self/task").iterdir():
+        try:
+            os.sched_setscheduler(int(task.name), flags, os.sched_param(priority))
+        except PermissionError:
+            return False
+        except ProcessLookupError:
+            pass  # a thread that has just ended
+    return True
 
 
 def with_transport_delay(drive: DriveParameters, logger) -> DriveParameters:
