@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import dataclasses
 import json
 import math
 import sys
@@ -47,8 +48,6 @@ def run(options: argparse.Namespace) -> int:
     _check_outputs(options, drive_file)
     drive = load_drive(drive_file)
     recording = read_recording(options.recording)
-    for note in recording.notes:
-        print(f"ecyl diagnose: {note}", file=sys.stderr)
 
     from ..gap.diagnose import diagnose
     from ..gap.report.page import write_report
@@ -64,6 +63,9 @@ def run(options: argparse.Namespace) -> int:
             drive_name=str(drive_file),
             progress=progress,
         )
+    # What was missing or cut off when the recording was read limits what could be judged.
+    notes = [note.removeprefix(f"{options.recording}: ") for note in recording.notes]
+    diagnosis = dataclasses.replace(diagnosis, notes=(*notes, *diagnosis.notes))
     written = []
     if options.json is not None:
         data = _finite(diagnosis.as_json())

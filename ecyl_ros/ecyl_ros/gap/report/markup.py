@@ -6,7 +6,8 @@ import html
 import re
 from collections.abc import Iterable, Sequence
 
-_MICRO = re.compile(r"\bu(?=(?:m|rad|s|N|A|V)\b)")
+# After a number, in a label ("/ um") or in brackets.
+_MICRO = re.compile(r"(?:(?<=\d )|(?<=/ )|(?<=\())u(?=(?:m|rad|s|N|A|V)\b)")
 _TOGETHER = re.compile(r"(?<=\d) (?=(?:[%A-Za-zµΩ]))")
 
 
@@ -21,7 +22,9 @@ def typeset(text: str) -> str:
     text = _MICRO.sub("µ", text)
     text = re.sub(r"\bmohm\b", "mΩ", text)
     text = re.sub(r"\bohm\b", "Ω", text)
-    text = re.sub(r"(?<=\d)e(-?)(\d+)\b", lambda m: f" × 10{_raised(m[1] + m[2])}", text)
+    text = re.sub(
+        r"(?<=\d)e(-?)(\d+)\b", lambda m: f" × 10{_raised(m[1] + m[2].lstrip('0'))}", text
+    )
     text = text.replace("^2", "²").replace(" x floor", "\N{NO-BREAK SPACE}×\N{NO-BREAK SPACE}floor")
     text = _TOGETHER.sub("\N{NO-BREAK SPACE}", text)
     text = re.sub(r"(?<![\w.])-(?=\d)", "\N{MINUS SIGN}", text)

@@ -144,7 +144,7 @@ def amplitude_density(
     rate = 1.0 / float(np.median(np.diff(time_s)))
     even = np.arange(round((time_s[-1] - time_s[0]) * rate) + 1) / rate + time_s[0]
     filled = np.interp(even, time_s, np.where(np.isfinite(values), values, 0.0))
-    segment = max(16, min(filled.size, int(_SEGMENT_S * rate)))
+    segment = max(16, min(filled.size, round(_SEGMENT_S * rate)))
     frequency, density = welch(filled, rate, nperseg=segment, detrend="constant")
     return rate, frequency[1:], np.sqrt(density[1:])
 

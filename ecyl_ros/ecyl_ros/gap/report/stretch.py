@@ -14,6 +14,7 @@ from .svg import Axis, Chart
 
 _MOST_SIGNALS = 3
 _LEAST_SAMPLES = 8
+_HUGE = 1e100  # what a simulation that ran away counts as
 _ABOVE_NOISE = 2.0  # signals whose gap is less over their floor are not worth a picture
 
 
@@ -39,7 +40,7 @@ def stretches(mask: BoolArray) -> list[Stretch]:
 def _rms(values: FloatArray) -> FloatArray:
     """RMS of the finite values of each row; 0 where there are none."""
     known = np.isfinite(values)
-    squares = np.where(known, values, 0.0) ** 2
+    squares = np.clip(np.where(known, values, 0.0), -_HUGE, _HUGE) ** 2
     mean: FloatArray = np.sqrt(squares.sum(axis=-1) / np.maximum(known.sum(axis=-1), 1))
     return mean
 
@@ -54,7 +55,11 @@ def worst(diagnosis: Diagnosis) -> Stretch | None:
     ]
     if not known:
         return None
-    spread = np.nanstd(series.recorded, axis=1)
+    middle = [
+        np.mean(values[np.isfinite(values)] if np.isfinite(values).any() else 0.0)
+        for values in series.recorded
+    ]
+    spread = _rms(series.recorded - np.array(middle)[:, None])
     left = (series.recorded - series.before) / np.where(spread > 0.0, spread, np.inf)[:, None]
     return max(known, key=lambda one: float(np.sum(_rms(left[:, one.rows]) ** 2)))
 

@@ -1,0 +1,53 @@
+"""The summary for the terminal."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import pytest
+from report_samples import diagnosis, of_each_verdict
+
+from ecyl_ros.gap.report.terminal import summary
+from ecyl_ros.gap.report.verdict import sentence
+
+VERDICTS = of_each_verdict()
+
+
+@pytest.mark.parametrize("verdict", list(VERDICTS))
+def test_the_summary_fits_a_screen_and_a_pipe(verdict: str) -> None:
+    """At most 25 lines of at most 100 plain ASCII characters, the verdict first."""
+    text = summary(VERDICTS[verdict], ["out.json", "out.html", "out.yaml"])
+    lines = text.splitlines()
+    assert len(lines) <= 25
+    assert max(map(len, lines)) <= 100
+    assert text.isascii() and "\x1b" not in text
+    assert " ".join(text.split("\n\n")[0].split()) == sentence(VERDICTS[verdict])
+    assert lines[-1].split() == ["written", "out.yaml"]
+
+
+def test_causes_come_with_interval_and_confidence() -> None:
+    """The table gives value, interval, confidence and what each cause takes off."""
+    text = summary(VERDICTS["partly_explained"])
+    row = next(line for line in text.splitlines() if line.startswith("wrong backlash"))
+    words = " ".join(row.split())
+    assert words == "wrong backlash backlash 9.652 mrad 9.640 to 9.660 0.91 29.0 %"
+
+
+def test_without_a_cause_there_is_no_column_after() -> None:
+    """Where nothing was added, nothing is said of afterwards."""
+    assert "after" not in summary(VERDICTS["unexplained"])
+    assert "next best" not in summary(VERDICTS["unexplained"])
+
+
+def test_many_notes_do_not_push_the_verdict_off_the_screen() -> None:
+    """Beyond three notes the summary says how many more there are."""
+    one = diagnosis("unexplained", notes=tuple(f"note {n}" for n in range(9)))
+    text = summary(one)
+    assert "note 2" in text and "note 3" not in text
+    assert "6 more in the report" in text
+
+
+def test_control_characters_of_files_do_not_reach_the_terminal() -> None:
+    """Escape sequences in notes and paths are shown as question marks."""
+    one = dataclasses.replace(VERDICTS["unexplained"], notes=("\x1b[31mred",))
+    assert "\x1b" not in summary(one, ["\x1b]0;title\x07"])
