@@ -71,9 +71,9 @@ def _closing(diagnosis: Diagnosis) -> str:
     facts = []
     if diagnosis.causes:
         facts += [("taken off", f"{q.percent(diagnosis.shrink)} of what stands above the floor")]
-    misfit = f"{q.number(diagnosis.misfit_before)} before"
+    misfit = q.number(diagnosis.misfit_before)
     if diagnosis.causes:
-        misfit += f", {q.number(diagnosis.misfit_after)} after"
+        misfit += f" before, {q.number(diagnosis.misfit_after)} after"
     facts += [
         ("misfit", f"{misfit}: the same in noise floors, robust against single spikes"),
         ("a perfect model", f"has a misfit of about {q.number(PERFECT, 2)}"),

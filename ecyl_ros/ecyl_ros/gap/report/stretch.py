@@ -12,7 +12,8 @@ from . import words
 from .markup import figure, typeset
 from .svg import Axis, Chart
 
-_MOST_SIGNALS = 3
+_MOST_SIGNALS = 3  # beside one another before and after
+_MOST_ALONE = 4  # where there is no after
 _LEAST_SAMPLES = 8
 _HUGE = 1e100  # what a simulation that ran away counts as
 _ABOVE_NOISE = 2.0  # signals whose gap is less over their floor are not worth a picture
@@ -65,7 +66,7 @@ def worst(diagnosis: Diagnosis) -> Stretch | None:
 
 
 def telling_signals(diagnosis: Diagnosis, stretch: Stretch) -> list[int]:
-    """Up to three signals in which the gap is seen best: largest beside what the signal does."""
+    """The few signals in which the gap is seen best: largest beside what the signal does."""
     series = diagnosis.series
     recorded = series.recorded[:, stretch.rows]
     left = _rms(recorded - series.before[:, stretch.rows])
@@ -77,8 +78,9 @@ def telling_signals(diagnosis: Diagnosis, stretch: Stretch) -> list[int]:
         travel = float(np.ptp(values)) or 1.0
         seen.append((left[index] > _ABOVE_NOISE * one.floor, left[index] / travel, index))
     seen.sort(reverse=True)
-    shown = [index for loud, _, index in seen if loud][:_MOST_SIGNALS]
-    return shown or [index for _, _, index in seen[:_MOST_SIGNALS]]
+    most = _MOST_SIGNALS if diagnosis.causes else _MOST_ALONE
+    shown = [index for loud, _, index in seen if loud][:most]
+    return shown or [index for _, _, index in seen[:most]]
 
 
 def figures(diagnosis: Diagnosis, stretch: Stretch) -> str:

@@ -157,8 +157,9 @@ def _unexplained(diagnosis: Diagnosis) -> str:
         text += f" Effects in {words.block(diagnosis.block)} come closest."
     best = next((one for one in diagnosis.candidates if one.effects), None)
     if best is not None:
+        closest = words.listed([words.with_article(one) for one in best.effects])
         text += (
-            f" The closest that was tried, alone or in sets, is {words.effect_set(best.effects)}: "
+            f" The closest that was tried, alone or in sets, is {closest}: "
             f"it leaves a misfit of {q.number(best.judged)} noise floors of "
             f"{q.number(diagnosis.misfit_before)}, and is too unlike to be named."
         )

@@ -37,7 +37,7 @@ def waterfall(diagnosis: Diagnosis) -> str:
             f'height="{_BAR}"/>'
         )
         if kind != "floor":
-            parts.append(f'<path class="curve floor" d="M{floor:.1f} {y + 18}v{_BAR + 4}"/>')
+            parts.append(f'<path class="curve floor" d="M{floor:.1f} {y + 19}v{_BAR + 3}"/>')
     return "".join(parts) + "</svg>"
 
 
