@@ -7,6 +7,9 @@ import dataclasses
 import pytest
 from report_samples import diagnosis, of_each_verdict
 
+from ecyl_ros.effects.catalogue import CATALOGUE
+from ecyl_ros.gap.diagnosis import Candidate
+from ecyl_ros.gap.report.rivals import runner_up
 from ecyl_ros.gap.report.terminal import summary
 from ecyl_ros.gap.report.verdict import sentence
 
@@ -37,6 +40,17 @@ def test_without_a_cause_there_is_no_column_after() -> None:
     """Where nothing was added, nothing is said of afterwards."""
     assert "after" not in summary(VERDICTS["unexplained"])
     assert "next best" not in summary(VERDICTS["unexplained"])
+
+
+def test_the_runner_up_is_a_rival() -> None:
+    """A set that holds what is named, or a finer form of it, is no runner-up."""
+    finer = [name for name, one in CATALOGUE.items() if "rotor_coulomb_friction" in one.refines]
+    assert "stribeck_friction" in finer
+    ranks = [(finer[0],), ("rotor_coulomb_friction", "torque_ripple"), ("torque_ripple",)]
+    sets = tuple(Candidate(names, 1.0 + n, 1.0 + n) for n, names in enumerate(ranks))
+    best = runner_up(dataclasses.replace(VERDICTS["explained"], candidates=sets))
+    assert best is not None and best.effects == ("torque_ripple",)
+    assert runner_up(VERDICTS["unexplained"]) is None
 
 
 def test_many_notes_do_not_push_the_verdict_off_the_screen() -> None:

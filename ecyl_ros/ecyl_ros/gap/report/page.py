@@ -14,6 +14,7 @@ from ..verdict import PERFECT
 from . import quantities as q
 from . import residual, stretch, words
 from .markup import escape, figure, key, table, typeset
+from .rivals import contains
 from .style import CSS
 from .verdict import sentence, strongest
 from .waterfall import waterfall
@@ -267,7 +268,7 @@ def _runners_up(diagnosis: Diagnosis) -> str:
     head = [("set of effects", ""), ("fitted", "num"), ("held out", "num"), ("over best", "num")]
     rows = [
         [
-            _bold(typeset(words.effect_set(one.effects)), _is_named(diagnosis, one.effects)),
+            _candidate(diagnosis, one.effects),
             q.number(one.fitted),
             q.number(one.judged),
             f"× {q.number(one.judged / best)}" if best > 0.0 and np.isfinite(one.judged) else "-",
@@ -282,12 +283,12 @@ def _runners_up(diagnosis: Diagnosis) -> str:
     return _section("What else was tried", table(caption, head, rows))
 
 
-def _is_named(diagnosis: Diagnosis, effects: tuple[str, ...]) -> bool:
-    return bool(effects) and set(effects) == {one.effect for one in diagnosis.causes}
-
-
-def _bold(text: str, wanted: bool) -> str:
-    return f"<b>{text}</b>" if wanted else text
+def _candidate(diagnosis: Diagnosis, effects: tuple[str, ...]) -> str:
+    text = typeset(words.effect_set(effects))
+    named = {one.effect for one in diagnosis.causes}
+    if named and set(effects) == named:
+        return f"<b>{text}</b>"
+    return f"{text} (contains what is named)" if contains(effects, named) else text
 
 
 def _notes(diagnosis: Diagnosis) -> str:

@@ -89,8 +89,11 @@ footer { font-size: .9rem; }
   td.share { min-width: 4.5rem; }
 }
 @media print {
-  body { padding: 0; max-width: none; font-size: 9.5pt; }
-  h2 { break-after: avoid; margin-top: 1.4rem; }
+  html { font-size: 10pt; }
+  body { padding: 0; max-width: none; }
+  h2, h3, .caption, .keys { break-after: avoid; }
+  h2 { margin-top: 1.4rem; }
+  article { break-inside: avoid; }
   .scroll { overflow: visible; break-inside: avoid; }
   * { print-color-adjust: exact; -webkit-print-color-adjust: exact; }
 }

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from ..diagnosis import Diagnosis
 from . import quantities as q
 from . import words
+from .rivals import runner_up
 from .verdict import sentence, telling_condition
 
 _WIDTH = 96
@@ -92,11 +93,9 @@ def _where(diagnosis: Diagnosis) -> list[str]:
 
 
 def _runner_up(diagnosis: Diagnosis) -> list[str]:
-    named = {one.effect for one in diagnosis.causes}
-    others = [one for one in diagnosis.candidates if one.effects and set(one.effects) != named]
-    if not (named and others):  # where none is named, the verdict says what came closest
+    best = runner_up(diagnosis)
+    if best is None:  # where no cause is named, the verdict says what came closest
         return []
-    best = min(others, key=lambda one: one.judged)
     return [
         f"{'next best':<10}{words.effect_set(best.effects)}: misfit {q.number(best.judged)} noise "
         f"floors, what is named {q.number(diagnosis.misfit_after)}"
