@@ -101,6 +101,13 @@ class Plant(DriveNode):
             velocity=unmeasured,
             effort=unmeasured,
         )
+        message = self._measurement_message
+        self._measurement_fields = (
+            message.header.stamp,
+            message.position,
+            message.velocity,
+            message.effort,
+        )
         self._waiting = self.create_publisher(Time, wire.WAITING, 10)
         telemetry = wire.telemetry(self.realtime)
         self._telemetry = self.create_publisher(JointState, wire.JOINT_STATES, telemetry)
@@ -257,19 +264,18 @@ class Plant(DriveNode):
             self._publish_telemetry()
 
     def _publish_control(self) -> None:
-        message = self._measurement_message
-        stamp, position, velocity = message.header.stamp, message.position, message.velocity
+        stamp, position, velocity, effort = self._measurement_fields
         stamp.sec, stamp.nanosec = divmod(self._stamp_ns, wire.NANOSECONDS)
         (
             position[0],
             velocity[0],
             position[1],
             velocity[1],
-            message.effort[2],
-            message.effort[3],
+            effort[2],
+            effort[3],
             _,
         ) = self._measured.tolist()
-        self._measurement.publish(message)
+        self._measurement.publish(self._measurement_message)
 
     def _publish_telemetry(self) -> None:
         values = self._measured.tolist()

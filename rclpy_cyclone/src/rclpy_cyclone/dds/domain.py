@@ -57,6 +57,8 @@ def configuration(range_: str) -> str:
             + "".join(f"<Peer address={quoteattr(p)}/>" for p in peers)
             + "</Peers></Discovery>"
         )
+    # A thread for each socket sleeps in the receive call itself, not in a poll before it.
+    own += "<Internal><MultipleReceiveThreads>true</MultipleReceiveThreads></Internal>"
     from_user = os.environ.get("CYCLONEDDS_URI", "")
     return f"<CycloneDDS><Domain Id='any'>{own}</Domain></CycloneDDS>,{from_user}".rstrip(",")
 

@@ -21,8 +21,8 @@ def _wanted() -> int:
         raise ValueError(f"RCLPY_CYCLONE_SPIN_US={text!r} is not a number") from None
 
 
-SPIN_NS = _wanted()
 _cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+SPIN_NS = _wanted() if _cores > 1 else 0
 _crowded = True
 _checked = 0
 
@@ -35,7 +35,7 @@ def allowed(now: int) -> bool:
     global _crowded, _checked
     if now - _checked > _CHECK_NS:
         _checked = now
-        _crowded = _cores < 2 or _runnable() > _cores
+        _crowded = _runnable() > _cores
     return not _crowded
 
 

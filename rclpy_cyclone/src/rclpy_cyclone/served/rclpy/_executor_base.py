@@ -194,7 +194,7 @@ class Executor:
             until = min(self._next_timer, end if end >= 0 else _NEVER)
             self._look(max(0, until - now) if until < _NEVER else clib.INFINITY)
             looked = True
-            if queue and self._context._state == "valid":
+            if queue and self._context._state == "valid" and not self._is_shutdown:
                 item = queue.popleft()
                 if item._is_task or item._executor is self:
                     return item
@@ -215,10 +215,10 @@ class Executor:
                 if self._queue or self._next_timer == 0 or self._context._state != "valid":
                     timeout_ns = 0
                 triggered = ()
-                now = _now()
-                active = spinning.SPIN_NS and now - self._last_found < _RECENT_NS
-                if active and timeout_ns and spinning.allowed(now):
-                    triggered = wait.spin(now + min(spinning.SPIN_NS, timeout_ns))
+                if spinning.SPIN_NS and timeout_ns:
+                    now = _now()
+                    if now - self._last_found < _RECENT_NS and spinning.allowed(now):
+                        triggered = wait.spin(now + min(spinning.SPIN_NS, timeout_ns))
                 if not triggered:
                     triggered = wait.wait(timeout_ns)
             finally:
