@@ -15,6 +15,7 @@ from report_samples import backlash, coulomb, diagnosis, of_each_verdict
 from ecyl_ros.errors import InputError
 from ecyl_ros.gap.report import residual, stretch
 from ecyl_ros.gap.report.page import report_html, write_report
+from ecyl_ros.gap.report.style import CSS
 from ecyl_ros.gap.report.verdict import sentence
 
 VERDICTS = of_each_verdict()
@@ -141,6 +142,31 @@ def test_what_comes_from_files_cannot_become_markup() -> None:
     assert "<script" not in page
     tags = {tag for tag, _ in read(page).seen}
     assert "script" not in tags
+
+
+def _contrast(one: str, other: str) -> float:
+    def luminance(colour: str) -> float:
+        parts = [int(colour[place : place + 2], 16) / 255.0 for place in (1, 3, 5)]
+        linear = [c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in parts]
+        return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
+
+    low, high = sorted((luminance(one), luminance(other)))
+    return (high + 0.05) / (low + 0.05)
+
+
+def test_text_and_curves_stand_out_in_light_and_dark() -> None:
+    """Contrast to the paper is at least 4.5 for text and 3 for curves (WCAG 2.1, AA)."""
+    themes = [dict(re.findall(r"--(\w+): (#\w{6})", part)) for part in CSS.split("@media")[:2]]
+    assert len(themes) == 2
+    for theme in themes:
+        for name, least in (
+            ("ink", 4.5),
+            ("quiet", 4.5),
+            ("recorded", 3.0),
+            ("before", 3.0),
+            ("after", 3.0),
+        ):
+            assert _contrast(theme[name], theme["paper"]) >= least, name
 
 
 def test_the_stretch_shown_is_the_worst_that_was_held_out() -> None:

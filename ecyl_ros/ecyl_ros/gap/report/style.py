@@ -6,14 +6,14 @@ CSS = """
 :root {
   --paper: #ffffff; --ink: #1b1f24; --quiet: #5a626b; --rule: #d9dde1; --shade: #f0f2f4;
   --before: #b6410f; --after: #14559e; --taken: #dfa98f;
-  --recorded: #bfc5cb;
+  --recorded: #8b939b;
   color-scheme: light dark;
 }
 @media screen and (prefers-color-scheme: dark) {
   :root {
     --paper: #15181c; --ink: #e6e8ea; --quiet: #a2abb4; --rule: #343a41; --shade: #20252a;
     --before: #f0905c; --after: #7ab4f5; --taken: #7d4a30;
-    --recorded: #59626c;
+    --recorded: #6a7480;
   }
 }
 * { box-sizing: border-box; }
