@@ -36,6 +36,7 @@ class Residual:
     before: FloatArray
     after: FloatArray
     position_m: FloatArray
+    position_name: str
     speed: FloatArray
     speed_unit: str
     speed_name: str
@@ -51,8 +52,9 @@ def residual(diagnosis: Diagnosis) -> Residual | None:
     index = names.index(about.name)
     recorded = np.where(series.usable, series.recorded[index], np.nan)
     position = series.recorded[names.index("rod_position")] if "rod_position" in names else None
+    position_name = "rod position"
     if position is None or not np.isfinite(position).any():
-        position = series.reference_m
+        position, position_name = series.reference_m, "reference position"
     if "rotor_velocity" in names:
         speed = series.recorded[names.index("rotor_velocity")]
         speed_unit, speed_name = "rad/s", "rotor speed"
@@ -67,6 +69,7 @@ def residual(diagnosis: Diagnosis) -> Residual | None:
         _finite(recorded - series.before[index]),
         _finite(recorded - series.after[index]),
         position,
+        position_name,
         speed,
         speed_unit,
         speed_name,
@@ -85,7 +88,7 @@ def figures(diagnosis: Diagnosis) -> str:
     both = bool(diagnosis.causes)
     made = [
         _over_time(diagnosis, left, both),
-        _over(left, left.position_m, "m", "rod position", both),
+        _over(left, left.position_m, "m", left.position_name, both),
         _over(left, left.speed, left.speed_unit, left.speed_name, both),
         _spectrum(left, both),
     ]
