@@ -61,6 +61,9 @@ def test_withheld_effects_are_in_the_drive_and_not_in_the_diagnosis() -> None:
             assert set(case.effects) != {"rotor_coulomb_friction", "stribeck_friction"}
         if case.kind == "outside":
             assert set(case.effects) <= set(OUTSIDE)
+            assert case.nameable == set()
+        if case.kind == "beyond":
+            assert len(case.nameable) == 1
 
 
 def test_leaving_an_effect_out_keeps_it_out_of_everything_that_could_be_named() -> None:

@@ -29,7 +29,7 @@ PAIR = Case(
     {"spring_load": {"stiffness_n_per_m": 5e4}, "resistance_error": {"resistance_ohm": 1.0}},
 )
 NONE = Case(2, 3, "none")
-OUTSIDE = Case(3, 4, "outside", {"x_local_jam": {"coulomb_nm": 0.5}})
+OUTSIDE = Case(3, 4, "outside", {"x_local_jam": {"coulomb_nm": 0.5}}, ("local_jam",))
 WITHHELD = Case(4, 5, "withheld", {"lead_error": {"lead_m": 0.0201}}, ("lead_error",))
 CASES = [SINGLE, PAIR, NONE, OUTSIDE, WITHHELD]
 BLOCKS = {
@@ -119,6 +119,15 @@ def test_abstaining_is_never_wrong_and_never_right() -> None:
     assert found["not in catalogue: no wrong cause"].value == 1.0
     assert found["single: named first"].value == 0.0
     assert found["no gap: no false alarm"].value == 0.0
+
+
+def test_an_effect_beyond_the_contract_is_right_under_the_diagnosis_own_name() -> None:
+    """A jam that the diagnosis may know is `local_jam`; any other name for it is wrong."""
+    case = Case(0, 4, "beyond", OUTSIDE.effects)
+    for name, right in (("local_jam", 1), ("load_coulomb_friction", 0)):
+        found = _figures([(case, _outcome(case, _said({name: {"coulomb_nm": 0.5}})))])
+        assert found["beyond the contract: named first"].right == right
+        assert found["right of those at 0.9 or surer"].right == right
 
 
 def test_half_a_pair_is_not_a_pair() -> None:

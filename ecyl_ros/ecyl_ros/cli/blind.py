@@ -34,7 +34,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--kinds",
         metavar="A,B",
-        help="cases of these kinds alone: single, pair, none, outside, withheld",
+        help="cases of these kinds alone: single, pair, none, outside, withheld, beyond",
     )
     parser.add_argument(
         "--effects", metavar="A,B", help="cases of these effects alone (a pair's second is any)"
@@ -117,7 +117,10 @@ def _draw(options: argparse.Namespace, drive: DriveParameters) -> list[Case]:
     from ..gap.blind.cases import EFFECTS, KINDS, complete_case, draw_cases, plan_cases
     from ..gap.blind.inside import INSIDE
 
-    choice: dict[str, Any] = {"without": _known("--without", _names(options.without), INSIDE)}
+    twins = [effect.twin for effect in EFFECTS.values() if effect.twin]
+    choice: dict[str, Any] = {
+        "without": _known("--without", _names(options.without), [*INSIDE, *twins])
+    }
     if options.kinds is not None:
         choice["kinds"] = _known("--kinds", _names(options.kinds), KINDS)
     if options.effects is not None:

@@ -21,8 +21,15 @@ from .nuisances import Nuisances, add_nuisances
 from .outside import OUTSIDE
 from .physics import Physics, nominal_physics
 
-KINDS = ("single", "pair", "none", "outside", "withheld")
-SHARES = {"single": 0.47, "pair": 0.2, "none": 0.2, "outside": 0.08, "withheld": 0.05}
+KINDS = ("single", "pair", "none", "outside", "withheld", "beyond")
+SHARES = {
+    "single": 0.46,
+    "pair": 0.2,
+    "none": 0.2,
+    "outside": 0.08,
+    "withheld": 0.04,
+    "beyond": 0.02,
+}
 
 DURATION_S = 12.0
 PEAK_SPEED_RAD_S = 26.0  # of the rotor that a reference may ask for
@@ -46,7 +53,9 @@ class Case:
     Attributes:
         index: place in the study.
         seed: of reference, nuisances, phases and noise.
-        kind: one of `KINDS`.
+        kind: one of `KINDS`: one effect of the contract's catalogue; two; none; one that the
+            diagnosis does not know; one of the catalogue withheld from it; one beyond the
+            contract's catalogue that it may know.
         effects: true parameters by effect; empty for `none`.
         withheld: effects that the diagnosis is not given.
         gaps: for each effect its own gap (the others in place) in noise floors, by signal.
@@ -76,9 +85,14 @@ class Case:
         return cls(**{**label, "withheld": tuple(label["withheld"])})
 
     @property
+    def names(self) -> set[str]:
+        """The case's effects as a catalogue may call them."""
+        return {EFFECTS[name].twin or name for name in self.effects}
+
+    @property
     def nameable(self) -> set[str]:
-        """Effects of the case that its diagnosis was given."""
-        return {name for name in self.effects if name in INSIDE and name not in self.withheld}
+        """Those of them that the diagnosis was given, if it knows them."""
+        return {name for name in self.names - set(self.withheld) if not name.startswith("x_")}
 
     @property
     def blocks(self) -> set[str]:
@@ -234,7 +248,14 @@ def plan_cases(
     inside = [name for name in chosen if name in INSIDE and name not in without]
     outside = [name for name in chosen if name in OUTSIDE]
     withheld = [name for name in chosen if name in INSIDE and (not without or name in without)]
-    names_of = {"single": inside, "pair": inside, "outside": outside, "withheld": withheld}
+    beyond = [name for name in outside if EFFECTS[name].twin and EFFECTS[name].twin not in without]
+    names_of = {
+        "single": inside,
+        "pair": inside,
+        "outside": outside,
+        "withheld": withheld,
+        "beyond": beyond,
+    }
     usable = [kind for kind in KINDS if kind in kinds and (kind == "none" or names_of[kind])]
     if not usable:
         raise InputError(
@@ -255,6 +276,8 @@ def plan_cases(
                 )
             )
         hidden = set(without) | (set(names) if kind == "withheld" else set())
+        if kind == "outside":
+            hidden |= {twin for name in names if (twin := EFFECTS[name].twin)}
         cases.append(
             Case(
                 index=index,

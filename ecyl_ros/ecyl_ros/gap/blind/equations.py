@@ -105,8 +105,6 @@ def _slopes(y, bristles, time, voltage, disturbance, p):
     if p.ripple != 0.0:
         torque *= 1.0 + p.ripple * math.sin(p.ripple_periods * angle + p.ripple_phase)
     torque += disturbance - p.rotor_viscous * speed - transmitted
-    if p.rotor_one_way_viscous != 0.0 and speed > 0.0:
-        torque -= p.rotor_one_way_viscous * speed
     if p.rotor_drag != 0.0:
         torque -= p.rotor_drag * abs(speed) * speed
     if p.cogging_nm != 0.0:
@@ -126,6 +124,8 @@ def _slopes(y, bristles, time, voltage, disturbance, p):
     if p.end_stop_n_per_m > 0.0 and rod > p.end_stop_m:
         force += p.end_stop_n_per_m * (rod - p.end_stop_m)
     load_torque = transmitted - p.load_viscous * load_speed - p.rod_per_rotor * force
+    if p.load_one_way_viscous != 0.0 and load_speed > 0.0:
+        load_torque -= p.load_one_way_viscous * load_speed
     level = _load_sliding(load_angle, transmitted, p)
     if level > 0.0:
         load_torque -= _bristle_torque(

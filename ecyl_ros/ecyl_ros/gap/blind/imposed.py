@@ -75,6 +75,7 @@ class Imposed:
         draw: values of its parameters.
         impose: puts them on a machine, in place. phases: float64[2], rad, hidden.
         akin: catalogue effects that name the same cause in a simpler form; naming them is no error.
+        twin: what a catalogue larger than the contract's calls this very cause.
     """
 
     name: str
@@ -82,3 +83,4 @@ class Imposed:
     draw: Callable[[Draw], Values]
     impose: Callable[[Physics, Values, np.ndarray], None]
     akin: frozenset[str] = frozenset()
+    twin: str | None = None

@@ -1,5 +1,8 @@
 """Causes that the contract's catalogue does not hold: a diagnosis has to say that it does not know.
 
+A diagnosis may know some of them under a name of its own, their `twin`; it is not given that name
+where the case is to be outside its catalogue.
+
 Each differs in form from every catalogue effect and from their sums, so that something is left
 over whatever is fitted; `x_current_sensor_gain` and `x_low_supply` leave least.
 """
@@ -31,7 +34,7 @@ def _put_load_dependent(machine: Physics, values: Values, phases: np.ndarray) ->
 
 
 def _put_one_way(machine: Physics, values: Values, phases: np.ndarray) -> None:
-    machine.rotor_one_way_viscous = values["viscous_nm_s_per_rad"]
+    machine.load_one_way_viscous = values["viscous_nm_s_per_rad"]
 
 
 def _put_drag(machine: Physics, values: Values, phases: np.ndarray) -> None:
@@ -131,18 +134,20 @@ def _put_second_eccentricity(machine: Physics, values: Values, phases: np.ndarra
 _ROTOR = "motor_mechanical"
 
 _EFFECTS = [
-    Imposed("x_local_jam", "load", _jam, _put_jam),
+    Imposed("x_local_jam", "load", _jam, _put_jam, twin="local_jam"),
     Imposed(
         "x_load_dependent_friction",
         "load",
         lambda d: {"coefficient": d.within(0.1, 0.3)},
         _put_load_dependent,
+        twin="load_dependent_friction",
     ),
     Imposed(
         "x_direction_dependent_friction",
-        _ROTOR,
+        "load",
         lambda d: {"viscous_nm_s_per_rad": d.viscous(0.1, 0.3)},
         _put_one_way,
+        twin="direction_dependent_friction",
     ),
     Imposed(
         "x_quadratic_drag",
@@ -164,12 +169,14 @@ _EFFECTS = [
         "transmission",
         lambda d: {"soft_share": d.within(0.03, 0.12), "torque_nm": d.torque(0.8, 1.2)},
         _put_hardening,
+        twin="stiffness_hardening",
     ),
     Imposed(
         "x_current_sensor_gain",
         "sensor",
         lambda d: {"gain_error": d.side() * d.within(0.06, 0.2)},
         _put_current_gain,
+        twin="current_sensor_gain",
     ),
     Imposed(
         "x_low_supply",
@@ -188,6 +195,7 @@ _EFFECTS = [
         _ROTOR,
         lambda d: {"coulomb_nm": d.torque(0.12, 0.3), "decay_per_s": d.within(0.1, 0.3)},
         _put_warming_friction,
+        twin="friction_drift",
     ),
     Imposed(
         "x_warming_winding",

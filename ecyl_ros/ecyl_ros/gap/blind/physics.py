@@ -28,7 +28,6 @@ class Physics:
     back_emf_constant: float = 0.0  # V s/rad
     rotor_inertia: float = 0.0  # kg m^2
     rotor_viscous: float = 0.0  # N m s/rad
-    rotor_one_way_viscous: float = 0.0  # N m s/rad, acts in positive motion only
     rotor_drag: float = 0.0  # N m s^2/rad^2, against the motion with the speed squared
     dead_time_v: float = 0.0  # V lost against the current's sign
     dead_time_transition_a: float = 0.02  # A over which that loss turns its sign
@@ -74,6 +73,7 @@ class Physics:
     # Load
     load_inertia: float = 0.0  # kg m^2
     load_viscous: float = 0.0  # N m s/rad
+    load_one_way_viscous: float = 0.0  # N m s/rad, acts in positive motion only
     force_n: float = 0.0  # N on the rod, against positive motion
     spring_n_per_m: float = 0.0
     periodic_n: float = 0.0

@@ -98,22 +98,22 @@ def _median(name: str, values: Sequence[float], wanted: float | None, **options:
 def allowed(case: Case) -> set[str]:
     """Effects that may be named without being wrong: the case's own and what is akin to them."""
     akin = {name for effect in case.effects for name in EFFECTS[effect].akin}
-    return set(case.effects) | akin
+    return case.names | akin
 
 
 def first_right(case: Case, named: Sequence[str]) -> bool:
     """Whether the first name is (one of) the case's effects."""
-    return bool(named) and named[0] in case.effects
+    return bool(named) and named[0] in case.names
 
 
 def both_named(case: Case, named: Sequence[str]) -> bool:
     """Whether every effect of the case is among the names."""
-    return set(case.effects) <= set(named)
+    return case.names <= set(named)
 
 
 def exactly_named(case: Case, named: Sequence[str]) -> bool:
     """Whether the names are the case's effects, no more and no fewer."""
-    return set(case.effects) == set(named)
+    return case.names == set(named)
 
 
 def none_wrong(case: Case, named: Sequence[str]) -> bool:
@@ -184,7 +184,7 @@ def figures(judged: Sequence[Judged], drive: DriveParameters) -> list[Figure]:
     strangers, inside, faulty = (
         of("outside", "withheld"),
         of("single", "pair"),
-        of("single", "pair", "outside", "withheld"),
+        [(case, outcome) for case, outcome in judged if case.kind != "none"],
     )
     errors = [entry for case, out in inside for entry in parameter_errors(case, out, drive)]
     relative = [entry["relative"] for entry in errors if "relative" in entry]
@@ -210,6 +210,12 @@ def figures(judged: Sequence[Judged], drive: DriveParameters) -> list[Figure]:
         _share("   outside it", of("outside"), _said_nothing_wrong, None),
         _share("   withheld from it", of("withheld"), _said_nothing_wrong, None),
         _share("   and a gap reported", strangers, lambda c, o: abstained(o), None),
+        _share(
+            "beyond the contract: named first",
+            of("beyond"),
+            lambda c, o: first_right(c, o.named),
+            None,
+        ),
         _share("block right", faulty, _block_right, 0.97),
         _median("parameter error, median", relative, 0.03, at_least=False),
         _median("   of the change from nominal", change, None, at_least=False),
@@ -265,7 +271,8 @@ def confusion(judged: Sequence[Judged]) -> dict[str, dict[str, int]]:
             continue
         said = FAILED if outcome.error else (outcome.named or [NOTHING])[0]
         for name in case.effects:
-            row = f"{name} (withheld)" if name in case.withheld else name
+            note = " (withheld)" if name in case.withheld else ""
+            row = name + (" (given)" if case.kind == "beyond" else note)
             table.setdefault(row, Counter())[said] += 1
     order = {name: index for index, name in enumerate(EFFECTS)}
     rows = sorted(table, key=lambda row: (row.endswith(")"), order[row.split(" ")[0]]))
@@ -340,7 +347,7 @@ def misjudged(judged: Sequence[Judged]) -> list[Judged]:
         for case, outcome in judged
         if outcome.error
         or (case.kind == "none" and not quiet(outcome))
-        or (case.kind in ("single", "pair") and not exactly_named(case, outcome.named))
+        or (case.kind in ("single", "pair", "beyond") and not exactly_named(case, outcome.named))
         or (case.kind in ("outside", "withheld") and not none_wrong(case, outcome.named))
     ]
 

@@ -16,6 +16,8 @@ def product_diagnosis(
     recording: Recording, drive: DriveParameters, without: frozenset[str]
 ) -> dict[str, Any]:
     """What `ecyl diagnose` says, as JSON-ready data."""
+    from ...effects.catalogue import CATALOGUE
     from ..diagnose import diagnose
 
-    return diagnose(recording, drive, without=without).as_json()
+    # A name the catalogue does not hold needs no leaving out.
+    return diagnose(recording, drive, without=without & set(CATALOGUE)).as_json()
