@@ -48,6 +48,13 @@ _UNIT_ENDINGS = (
     "_v",
     "_a",
 )
+# What is left of these names says too little.
+_FULLER = {
+    "coulomb": "Coulomb torque",
+    "static": "static torque",
+    "stribeck": "Stribeck speed",
+    "viscous": "viscous coefficient",
+}
 
 
 def engineering(largest: float, unit: str) -> tuple[float, str]:
@@ -115,12 +122,12 @@ def with_interval(one: FittedParameter) -> str:
 
 
 def parameter_label(name: str) -> str:
-    """A parameter's name in words, without its unit: "coulomb_nm" is "coulomb"."""
+    """A parameter's name in words, without its unit: "coulomb_nm" is "Coulomb torque"."""
     for ending in _UNIT_ENDINGS:
         if name.endswith(ending):
             name = name[: -len(ending)]
             break
-    return name.replace("_", " ")
+    return _FULLER.get(name, name.replace("_", " "))
 
 
 def percent(share: float) -> str:
