@@ -246,7 +246,7 @@ def test_an_actuation_delay_of_whole_ticks_is_the_controllers_own(drive, ticks) 
     early = slice(0, 60)
     apart = np.abs(above[early, 9] - below[early, 9]).max()
     mean = 0.5 * (above + below)[early, 9]
-    assert np.abs(run.samples[early, 9] - mean).max() < 0.1 * apart
+    assert np.abs(run.samples[early, 9] - mean).max() < 0.25 * apart
 
 
 def test_a_measurement_delay_makes_a_steady_ramp_lag_less(drive) -> None:

@@ -92,7 +92,7 @@ def fastest_rate(drive: DriveParameters) -> float:
             ("load_friction", drive.load.inertia),
         ):
             if hasattr(MODULES[name], port):
-                level = max(v for key, v in values.items() if key.endswith("_nm"))
+                level = max((v for k, v in values.items() if k.endswith("_nm")), default=0.0)
                 breakaway = values.get("breakaway_rad", BREAKAWAY_RAD)
                 bristle = max(bristle, math.sqrt(abs(level) / (breakaway * inertia)))
     return max(resonance, damping, electrical, bristle)

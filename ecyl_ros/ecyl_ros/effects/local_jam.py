@@ -14,7 +14,7 @@ from .starts import direction
 
 
 def starts(evidence: Evidence) -> list[Start]:
-    """Where along the stroke the unexplained torque drags most, over several widths."""
+    """The stretch of the stroke around the worst place on which the drag is above half of it."""
     ratio = evidence.drive.transmission.rod_per_rotor
     position = evidence.rotor_angle_rad * ratio
     drag = -evidence.torque_nm * direction(evidence)
@@ -22,22 +22,27 @@ def starts(evidence: Evidence) -> list[Start]:
     if rows.sum() < 200:
         return []
     low, high = float(position[rows].min()), float(position[rows].max())
-    edges = np.linspace(low, high, 41)
-    middle = 0.5 * (edges[1:] + edges[:-1])
-    bins = np.clip(np.digitize(position[rows], edges) - 1, 0, len(middle) - 1)
-    count = np.bincount(bins, minlength=len(middle))
-    profile = np.bincount(bins, weights=drag[rows], minlength=len(middle)) / np.maximum(count, 1)
-    profile[count < 5] = 0.0
     found: list[Start] = []
-    for width in (0.03, 0.1, 0.25):
-        window = np.exp(-0.5 * ((middle[:, None] - middle) / (width * (high - low))) ** 2)
-        smooth = window @ profile / window.sum(axis=1)
-        best = int(np.argmax(smooth))
+    for count in (120, 40):
+        edges = np.linspace(low, high, count + 1)
+        bins = np.clip(np.digitize(position[rows], edges) - 1, 0, count - 1)
+        held = np.bincount(bins, minlength=count)
+        profile = np.bincount(bins, weights=drag[rows], minlength=count) / np.maximum(held, 1)
+        profile[held < 5] = 0.0
+        best = int(np.argmax(profile))
+        above = profile > 0.5 * profile[best]
+        first = last = best
+        while first > 0 and above[first - 1]:
+            first -= 1
+        while last < count - 1 and above[last + 1]:
+            last += 1
+        width = float(edges[last + 1] - edges[first])
         found.append(
             {
-                "coulomb_nm": max(float(profile[best]), 1e-3),
-                "position_m": float(middle[best]),
-                "width_m": width * (high - low),
+                "coulomb_nm": max(float(np.median(profile[first : last + 1])), 1e-3),
+                "position_m": float(0.5 * (edges[last + 1] + edges[first])),
+                "width_m": width,
+                "edge_m": 0.1 * width,
             }
         )
     return found
@@ -58,7 +63,16 @@ EFFECT = Effect(
         Quantity(name="coulomb_nm", unit="N m", low=0.0, high=1e3, meaning="peak, at the rotor"),
         Quantity(name="position_m", unit="m", low=-10.0, high=10.0, meaning="of its middle"),
         Quantity(
-            name="width_m", unit="m", low=1e-6, high=10.0, meaning="standard deviation of the bell"
+            name="width_m", unit="m", low=1e-6, high=10.0, meaning="where it is above half its peak"
+        ),
+        Quantity(
+            name="edge_m",
+            unit="m",
+            low=1e-7,
+            high=10.0,
+            meaning="length over which it sets in",
+            default=1e-4,
+            nuisance=True,
         ),
         *bristle("load"),
     ),
@@ -70,8 +84,11 @@ EFFECT = Effect(
 
 @kernel
 def load_friction(p, speed, torque, angle, time):
-    """Level: a bell over the rod's position."""
+    """Level: flat over the width, with soft edges."""
     if p.local_jam_coulomb_nm == 0.0:
         return 0.0
-    distance = (angle * p.rod_per_rotor - p.local_jam_position_m) / p.local_jam_width_m
-    return p.local_jam_coulomb_nm * math.exp(-0.5 * distance * distance)
+    distance = angle * p.rod_per_rotor - p.local_jam_position_m
+    half = 0.5 * p.local_jam_width_m
+    rise = math.tanh((distance + half) / p.local_jam_edge_m)
+    fall = math.tanh((distance - half) / p.local_jam_edge_m)
+    return 0.5 * p.local_jam_coulomb_nm * (rise - fall)

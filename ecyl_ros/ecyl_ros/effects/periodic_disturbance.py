@@ -16,7 +16,7 @@ def starts(evidence: Evidence) -> list[Start]:
     time = evidence.time_s
     length = float(time[-1] - time[0])
     top = 0.4 * len(time) / max(length, 1e-9)
-    rates = np.arange(1.0 / length, min(top, 150.0), 0.25 / length) * 2.0 * math.pi
+    rates = np.arange(1.0 / length, min(top, 150.0), 0.4 / length) * 2.0 * math.pi
     drive = evidence.drive
     error, per_error = evidence.current_error_a, drive.motor.torque_constant
     if not np.isfinite(error).any():

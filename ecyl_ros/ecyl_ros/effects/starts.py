@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
 
 import numpy as np
 
 from .effect import Evidence, FloatArray, Start
+
+_BLOCK = 64  # candidates worked out at once
+_FINER = 25  # steps between a candidate and its neighbour when a line is placed
 
 
 def multiples(
@@ -56,20 +58,9 @@ def strongest(
     y, x, g = signal[rows], angle[rows], gain[rows]
     stride = max(1, len(y) // 4000)
     y, x, g = y[::stride], x[::stride], g[::stride]
-    trend = np.column_stack([np.ones_like(x), x])
-    base, *_ = np.linalg.qr(trend)
+    base, *_ = np.linalg.qr(np.column_stack([np.ones_like(x), x]))
     y = y - base @ (base.T @ y)
-    found = np.zeros((len(candidates), 3))
-    for row, candidate in enumerate(candidates):
-        pair = np.column_stack([g * np.sin(candidate * x), g * np.cos(candidate * x)])
-        pair -= base @ (base.T @ pair)
-        gram = pair.T @ pair + 1e-12 * np.eye(2) * max(1e-30, float((pair**2).sum()))
-        sine, cosine = np.linalg.solve(gram, pair.T @ y)
-        fit = pair @ np.array([sine, cosine])
-        # A line that is hardly more than a slope over the angles seen gets an absurd amplitude.
-        sound = math.hypot(sine, cosine) * float(np.sqrt(np.mean(g**2))) < 5.0 * float(np.std(y))
-        found[row] = (float(fit @ y) if sound else 0.0, math.hypot(sine, cosine), 0.0)
-        found[row, 2] = math.atan2(cosine, sine)
+    found = _explained(y, x, g, base, candidates)
     score = found[:, 0]
     peaks = [
         row
@@ -77,14 +68,46 @@ def strongest(
         if score[row] > 0.0 and score[row] == score[max(0, row - 2) : row + 3].max()
     ]
     peaks.sort(key=lambda row: -score[row])
-    return [
-        (float(candidates[row]), float(found[row, 1]), float(found[row, 2]))
-        for row in peaks[:count]
-    ]
+    step = float(np.median(np.diff(candidates)))
+    lines = []
+    for row in peaks[:count]:
+        # The candidates are as far apart as the record resolves; its noise lets more be told.
+        near = candidates[row] + step * np.linspace(-1.0, 1.0, 2 * _FINER + 1)
+        around = _explained(y, x, g, base, near)
+        best = int(np.argmax(around[:, 0]))
+        lines.append((float(near[best]), float(around[best, 1]), float(around[best, 2])))
+    return lines
+
+
+def _explained(
+    y: FloatArray, x: FloatArray, g: FloatArray, base: FloatArray, candidates: FloatArray
+) -> FloatArray:
+    """float64[candidates, 3]: variance explained, size and phase of a line at each candidate.
+
+    y: signal, x: angle, g: gain, all float64[n]; base: float64[n, k], orthonormal, taken out first.
+    """
+    found = np.zeros((len(candidates), 3))
+    for first in range(0, len(candidates), _BLOCK):
+        block = candidates[first : first + _BLOCK]
+        turn = np.outer(block, x)
+        pair = [g * np.sin(turn), g * np.cos(turn)]  # float64[block, n] each
+        pair = [one - (one @ base) @ base.T for one in pair]
+        ss, cc, sc = ((pair[i] * pair[j]).sum(axis=1) for i, j in ((0, 0), (1, 1), (0, 1)))
+        sy, cy = (one @ y for one in pair)
+        determinant = np.maximum(ss * cc - sc**2, 1e-9 * (ss + cc) ** 2 + 1e-300)
+        sine, cosine = (sy * cc - cy * sc) / determinant, (cy * ss - sy * sc) / determinant
+        size = np.hypot(sine, cosine)
+        # A line that is hardly more than a slope over the angles seen gets an absurd amplitude.
+        sound = size * float(np.sqrt(np.mean(g**2))) < 5.0 * float(np.std(y))
+        rows_of = slice(first, first + len(block))
+        found[rows_of, 0] = np.where(sound, sine * sy + cosine * cy, 0.0)
+        found[rows_of, 1] = size
+        found[rows_of, 2] = np.arctan2(cosine, sine)
+    return found
 
 
 def angular_orders(angle: FloatArray, highest: float) -> FloatArray:
     """Orders (periods per revolution of `angle`) worth trying, as finely as its travel resolves."""
     travel = float(np.nanmax(angle) - np.nanmin(angle)) if np.isfinite(angle).any() else 0.0
-    step = min(0.5, max(0.05, 0.25 * 2.0 * math.pi / max(travel, 1e-9)))
+    step = min(0.5, max(0.05, 0.5 * np.pi / max(travel, 1e-9)))
     return np.arange(1.0, highest + step, step)

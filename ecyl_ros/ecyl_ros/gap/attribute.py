@@ -23,19 +23,20 @@ import numpy as np
 
 from ..effects.catalogue import CATALOGUE
 from .evidence import gather
-from .fit import LOSS_SCALE, Fit, Fitter, Values
+from .fit import LOSS_SCALE, MEDIUM, Fit, Fitter, Values
 from .replay import FloatArray
 
-# Misfits are robust root mean squares over the noise floor: 0.92 is a perfect model.
-AT_FLOOR = 1.05  # a model this close needs no further effect
+AT_FLOOR = 1.14  # times a perfect model's misfit: a model this close needs no further effect
 _WORTH = 0.6  # a further effect must bring the square of the misfit's surplus below this share ...
 _LEAST = 0.04  # ... and lower the square itself by this
+_HELPS = 0.5  # share of the cost below which a start counts as on the way
 _STARTS = 6  # of one effect alone
 _STARTS_IN_SETS = 2
 _KEPT_SINGLES = 9
 _POLISHED_SINGLES = 2
 _FIRSTS = 2  # single effects that sets are built upon
 _KEPT_SETS = 6
+_SEARCHED_SETS = 4
 _KEPT_RESPONSES = 4  # further sets from responses added up
 _MOST_EFFECTS = 3
 _STRIDE = 5  # responses are added up on every fifth sample
@@ -92,24 +93,24 @@ class _Competition:
     def starts(self, base: Fit, names: Iterable[str], most: int) -> list[Fit]:
         """`base` with one more effect, at up to `most` starts that the recording suggests."""
         evidence = gather(self.fitter.replay, base.values)
-        jobs: list[tuple[str, dict[str, float]]] = []
+        jobs: list[tuple[str, dict[str, float], bool]] = []
         for name in names:
             if name in base.values:
                 continue
-            for start in CATALOGUE[name].starts(evidence)[:most]:
+            for rank, start in enumerate(CATALOGUE[name].starts(evidence)[:most]):
                 if _possible(name, start):
-                    jobs.append((name, dict(start)))
+                    jobs.append((name, dict(start), rank == 0))
 
-        def begin(job: tuple[str, dict[str, float]]) -> Fit:
-            name, start = job
+        def begin(job: tuple[str, dict[str, float], bool]) -> Fit:
+            name, start, first = job
             fit = self.fitter.evaluate({**base.values, name: start})
             if "phase_rad" in fit.values[name]:
-                return self._in_phase(base, name, fit)
+                return self._in_phase(base, name, fit, all_round=first)
             return fit
 
         return self.map(begin, jobs)
 
-    def _in_phase(self, base: Fit, name: str, fit: Fit) -> Fit:
+    def _in_phase(self, base: Fit, name: str, fit: Fit, *, all_round: bool) -> Fit:
         """A periodic effect with the size and phase that its response in quadrature suggests."""
         given = fit.values[name]
         size = CATALOGUE[name].parameters[0]
@@ -126,12 +127,27 @@ class _Competition:
             ),
         }
         third = self.fitter.evaluate({**base.values, name: turned})
-        best = min((fit, other, third), key=lambda one: one.fitted)
-        return dataclasses.replace(best, replays=3)
+        tried = [fit, other, third]
+        if all_round and min(one.fitted for one in tried) > _HELPS * base.fitted:
+            # Not a linear matter (a load that rattles in its clearance): the phases all round.
+            for quarters in (0.5, 1.5, 2.0, 2.5, 3.0, 3.5):
+                moved = {**given, "phase_rad": given["phase_rad"] + 0.5 * math.pi * quarters}
+                tried.append(self.fitter.evaluate({**base.values, name: moved}))
+        best = min(tried, key=lambda one: one.fitted)
+        return dataclasses.replace(best, replays=len(tried))
 
     def search(self, fits: Sequence[Fit]) -> list[Fit]:
         """Fit each from afar; best first."""
         return sorted(self.map(self.fitter.search, fits), key=lambda one: one.fitted)
+
+    def best_of(self, sets: Sequence[Fit]) -> list[Fit]:
+        """Fit sets of effects, the less promising ones less far; best first."""
+        glimpsed = self.map(lambda one: self.fitter.fit(one, steps=2, difference=MEDIUM), sets)
+        glimpsed.sort(key=lambda one: one.fitted)
+        searched = self.search(glimpsed[:_SEARCHED_SETS])
+        polished = self.polish(searched[:2], 10)
+        rest = searched[2:] + glimpsed[_SEARCHED_SETS:]
+        return sorted(polished + rest, key=lambda one: one.fitted)
 
     def polish(self, fits: Sequence[Fit], steps: int) -> list[Fit]:
         """Fit each to the end, with the parameters that only shape its effects."""
@@ -257,20 +273,29 @@ def _simplified(run: _Competition, best: Fit) -> Fit:
         for simple in CATALOGUE[name].refines:
             if simple in best.names or simple not in run.names:
                 continue
-            shared = {one.name for one in CATALOGUE[simple].parameters}
             values = {key: dict(given) for key, given in best.values.items() if key != name}
-            values[simple] = {k: v for k, v in best.values[name].items() if k in shared}
-            start = run.fitter.evaluate(values)
+            shared = {
+                one.name: best.values[name][one.name]
+                for one in CATALOGUE[simple].parameters
+                if one.name in best.values[name]
+            }
+            if all(one.name in shared for one in CATALOGUE[simple].reported):
+                start = run.fitter.evaluate({**values, simple: shared})
+            else:
+                started = run.starts(run.fitter.evaluate(values), [simple], _STARTS)
+                if not started:
+                    continue
+                start = run.search([min(started, key=lambda one: one.fitted)])[0]
             (found,) = run.polish([start], 12)
             if found.judged < 1.15 * best.judged + 0.05:
                 return found
     return best
 
 
-def earns(with_it: Fit, without: Fit) -> bool:
+def earns(with_it: Fit, without: Fit, perfect: float) -> bool:
     """Whether the larger set lowers the misfit enough, on fitted and on held-out stretches."""
     for after, before in ((with_it.fitted, without.fitted), (with_it.judged, without.judged)):
-        floor = min(0.9, after)
+        floor = min(0.95 * perfect**2, after)
         if before - after < _LEAST or (after - floor) > _WORTH * (before - floor):
             return False
     return True
@@ -285,40 +310,51 @@ def compete(fitter: Fitter, names: Sequence[str], report: Report) -> Competition
     rivals: list[Fit] = []
     pool = list(singles)
     best = _simplified(run, singles[0]) if singles else run.nominal
-    if singles and earns(best, run.nominal):
+    if singles and earns(best, run.nominal, fitter.perfect):
         winner = best
         rivals = [one for one in singles if one.names != best.names]
     firsts = singles[:_FIRSTS]
     size = 2
-    while misfit(best.judged) > AT_FLOOR and size <= _MOST_EFFECTS and firsts:
+    while misfit(best.judged) > AT_FLOOR * fitter.perfect and size <= _MOST_EFFECTS and firsts:
         sets = run.sets_upon(firsts)
         if size == 2:
             keys = {frozenset(one.names) for one in sets}
             extra = [v for v in run.pairs_of_responses() if frozenset(v) not in keys]
             sets += run.map(fitter.evaluate, extra[:_KEPT_RESPONSES])
         report(f"sets of {size}", 0.6 + 0.1 * (size - 1))
-        fitted = run.search(sets)
-        polished = run.polish(fitted[:2], 12)
-        fitted = sorted(polished + fitted[2:], key=lambda one: one.fitted)
+        fitted = run.best_of(sets)
         report(f"sets of {size}", 0.65 + 0.1 * (size - 1))
         pool += fitted
         best = _simplified(run, fitted[0])
-        if not earns(best, winner):
+        if not earns(best, winner, fitter.perfect):
             break
         winner = best
         rivals = [one for one in fitted if set(one.names) != set(best.names)]
         firsts = fitted[:2]
         size += 1
-    winner, without = _pruned(run, winner, pool)
+    winner, without = _pruned(run, _settled(run, winner), pool)
     rivals.sort(key=lambda one: one.judged)
     return Competition(run.nominal, tuple(singles), winner, tuple(rivals), without, run.replays)
+
+
+def _settled(run: _Competition, winner: Fit) -> Fit:
+    """The winner fitted until it no longer moves."""
+    for _ in range(3 if winner.names else 0):
+        (better,) = run.polish([winner], 10)
+        gain = winner.fitted - better.fitted
+        winner = better
+        if gain < 0.01 * winner.fitted:
+            break
+    return winner
 
 
 def _pruned(run: _Competition, winner: Fit, pool: Sequence[Fit]) -> tuple[Fit, dict[str, Fit]]:
     """Take out, one by one, what does not earn its place; with the fits that leave each one out."""
     while True:
         without = _leave_one_out(run, winner, pool)
-        idle = [name for name, rest in without.items() if not earns(winner, rest)]
+        idle = [
+            name for name, rest in without.items() if not earns(winner, rest, run.fitter.perfect)
+        ]
         if not idle or len(winner.names) == 0:
             return winner, without
         winner = min((without[name] for name in idle), key=lambda one: one.fitted)

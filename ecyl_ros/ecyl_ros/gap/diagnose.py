@@ -24,10 +24,9 @@ from .split import held_out
 from .verdict import (
     EXPLAINED_SHRINK,
     NAMED,
-    NO_GAP_RATIO,
-    PERFECT,
     STRUCTURELESS,
     alternatives,
+    at_floor,
     confidence,
     ratios,
     standing,
@@ -71,10 +70,9 @@ def diagnose(
     replay = Replay(recording, drive, source)
     fitter = Fitter(replay, held_out(replay.time_s))
     nominal = fitter.evaluate({})
-    usable = replay.usable
     tell = progress or (lambda share: None)
     tell(0.02)
-    if max(ratios(nominal, usable)) <= NO_GAP_RATIO:
+    if at_floor(nominal, replay):
         competition = Competition(nominal, (), nominal, (), {}, 1)
     else:
         names = [name for name in CATALOGUE if name not in without]
@@ -114,7 +112,7 @@ def _assemble(
 
     floor = pooled(replay, np.ones(len(replay.signals)))
     before = in_all(nominal)
-    place = standing(competition)
+    place = standing(competition, fitter.perfect)
     notes = list(replay.notes)
     causes: list[Cause] = []
     chain = _steps(fitter, competition) if winner.names else []
@@ -163,11 +161,11 @@ def _assemble(
     after = in_all(final)
     shrink = max(0.0, min(1.0, (before - after) / surplus)) if named else 0.0
     block = _block(competition, replay)
-    if max(ratios(nominal, replay.usable)) <= NO_GAP_RATIO:
+    if at_floor(nominal, replay):
         verdict, block = "no_gap", None
     elif not named:
         verdict = "unexplained"
-    elif shrink >= EXPLAINED_SHRINK and misfit(winner.judged) / PERFECT <= STRUCTURELESS:
+    elif shrink >= EXPLAINED_SHRINK and misfit(winner.judged) / fitter.perfect <= STRUCTURELESS:
         verdict = "explained"
     else:
         verdict = "partly_explained"
@@ -209,6 +207,7 @@ def _assemble(
         replays=competition.replays,
         misfit_before=misfit(nominal.judged),
         misfit_after=misfit(final.judged),
+        misfit_perfect=fitter.perfect,
         duration_s=recording_duration(replay),
         rate_hz=replay.recording.rate_hz,
     )

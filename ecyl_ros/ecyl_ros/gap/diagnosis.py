@@ -155,6 +155,7 @@ class Diagnosis:
     replays: int = 0
     misfit_before: float = 0.0
     misfit_after: float = 0.0
+    misfit_perfect: float = 0.92
     duration_s: float = 0.0
     rate_hz: float = 0.0
 

@@ -53,7 +53,7 @@ class Coordinate:
             low = math.log(max(quantity.low, value / _REACH, 1e-300))
             high = math.log(min(quantity.high, value * _REACH))
             return cls(effect, quantity, True, 1.0, low, high)
-        scale = 1.0 if quantity.nuisance else max(abs(value), 1e-9)
+        scale = 1.0 if quantity.unit == "rad" else max(abs(value), 1e-9)
         return cls(effect, quantity, False, scale, quantity.low / scale, quantity.high / scale)
 
     @property
@@ -123,6 +123,8 @@ class Fitter:
         self.replay = replay
         self.held = held & replay.usable
         self.rows = ~held & replay.usable
+        # Robust misfit of a perfect model: 0.92 for white noise at the floor.
+        self.perfect = math.sqrt(max(cost(replay.healthy, replay.usable), 0.85))
 
     def evaluate(self, values: Mapping[str, Mapping[str, float]]) -> Fit:
         """What is left with given parameters."""
@@ -138,9 +140,36 @@ class Fitter:
         """
         if len(self._coordinates(start, nuisances=False)) == 1:
             return self._search_along(start)
-        found = self.fit(start, steps=6, difference=COARSE)
-        finer = self.fit(found, steps=4, difference=MEDIUM)
-        return dataclasses.replace(finer, replays=found.replays + finer.replays)
+        turned = self._turn(start)
+        found = self.fit(turned, steps=6, difference=COARSE)
+        again = self._turn(found)
+        finer = self.fit(again, steps=4, difference=MEDIUM)
+        replays = turned.replays + found.replays + again.replays + finer.replays
+        return dataclasses.replace(finer, replays=replays)
+
+    def _turn(self, start: Fit) -> Fit:
+        """Other frequencies with the phase in the middle of the recording held.
+
+        Frequency and phase make a narrow valley that runs across the axes of the fit.
+        """
+        best, replays = start, 0
+        time = self.replay.time_s
+        for name, given in start.values.items():
+            periodic = [one.name for one in CATALOGUE[name].parameters if one.unit == "Hz"]
+            for frequency in periodic:
+                centre = best.values[name]
+                for offset in np.linspace(-0.3, 0.3, 13) / float(time[-1]):
+                    turned = {
+                        **given,
+                        **centre,
+                        frequency: centre[frequency] + offset,
+                        "phase_rad": centre["phase_rad"] - np.pi * offset * float(time[-1]),
+                    }
+                    replays += 1
+                    tried = self.evaluate({**best.values, name: turned})
+                    if tried.fitted < best.fitted:
+                        best = tried
+        return dataclasses.replace(best, replays=replays)
 
     def _search_along(self, start: Fit) -> Fit:
         (one,) = self._coordinates(start, nuisances=False)
@@ -238,7 +267,7 @@ class Fitter:
             begin,
             jac=jacobian,
             bounds=([one.low for one in coordinates], [one.high for one in coordinates]),
-            x_scale=1.0,
+            x_scale="jac",
             max_nfev=steps,
             ftol=_CONVERGED,
             xtol=1e-7,

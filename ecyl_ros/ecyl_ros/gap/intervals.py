@@ -11,6 +11,10 @@ from .fit import LOSS_SCALE, Fit
 from .replay import BoolArray, FloatArray
 from .split import STRETCH_S
 
+# Half width, as a share of the value, that no interval falls below: the effect's form and the
+# nominal values beside it are not known better than this.
+FORM = 1e-3
+
 
 def covariance(fit: Fit, rows: BoolArray, time_s: FloatArray) -> tuple[FloatArray, int]:
     """Covariance of the fit's coordinates, and how many stretches it rests on.
@@ -50,7 +54,8 @@ def intervals(
     for index, one in enumerate(fit.coordinates):
         value = fit.values[one.effect][one.quantity.name]
         raw = math.log(max(value, 1e-300)) if one.logarithmic else value / one.scale
-        half = quantile * math.sqrt(max(float(spread[index, index]), 0.0))
+        form = FORM if one.logarithmic else FORM * abs(value) / one.scale
+        half = math.hypot(quantile * math.sqrt(max(float(spread[index, index]), 0.0)), form)
         low, high = one.outward(raw - min(half, 50.0)), one.outward(raw + min(half, 50.0))
         found[one.effect, one.quantity.name] = (
             max(min(low, high), one.quantity.low),

@@ -62,6 +62,8 @@ _MOST_SUBSTEPS = (
 # Where drive files state no noise and signals are coarse, the recording's own roughness gives it.
 _ROUGHNESS_ORDER = 3
 _QUIET_COMMAND = 0.15  # floor of a command without noise, as a share of what noise would make it
+_LOUD = 0.3  # share of the stated noise in the loop from which on its way round is reckoned with
+_ROUGHER = 1.5  # a signal may be this much noisier than stated
 _SETTLING_S = 0.3  # left out where the run does not begin at rest, or a long gap ends
 _LONG_GAP_S = 0.02  # a gap the loop notices when the reference is filled in by a spline
 
@@ -125,6 +127,9 @@ class Replay:
         signals: those that the recording holds, in the order of `SIGNALS`.
         recorded: float64[signals, n], NaN where nothing was measured.
         floor: float64[signals], standard deviation of the measurement noise, in SI units.
+        healthy: float64[signals, n], in floors: what a perfect model would leave (one draw): noise,
+            and what noise does round the loop, where it moves the instants at which flanks meet.
+        loop_share: share of the stated noise that goes round the loop, as the command shows it.
         time_s: float64[n], from the recording's first stamp.
         usable: bool[n], False while the replay settles (not at rest at the start, long gaps).
         notes: what could not be used, one line each.
@@ -147,17 +152,16 @@ class Replay:
             self.notes.append(f"not recorded, hence not judged: {', '.join(missing)}")
         self.recorded = np.array([recording.signal(one.recorded) for one in self.signals])
         stated = declared_noise(drive)
-        self.floor = np.array(
-            [
-                self._floor(one, values, stated[one.name])
-                for one, values in zip(self.signals, self.recorded, strict=True)
-            ]
-        )
         # Voltage noise that the cascade makes of noise in what it measures.
         self.proportional_noise_v = max(stated["voltage_q"], 1e-12)
         self._lay_grid()
         self._lay_reference()
+        self.floor = np.array([max(stated[one.name], 1e-30) for one in self.signals])
+        # How much of the stated noise goes round the loop; all of it unless the command says less.
+        self.loop_share = 1.0
         self._find_start()
+        self.floor = self._settle_floor(stated)
+        self.healthy = self._healthy()
 
     def _check(self) -> None:
         recording = self.recording
@@ -176,14 +180,28 @@ class Replay:
                 f"{self._source}: no rotor, rod, current or voltage signal, expected at least one"
             )
 
-    @staticmethod
-    def _floor(signal: Signal, values: FloatArray, stated: float) -> float:
-        measured = roughness(values)
-        if signal.name == "voltage_q" and stated > 0.0:
-            # Noise that only the recording has never gets into the command.
-            return min(stated, max(measured, _QUIET_COMMAND * stated))
-        scale = float(np.nanstd(values)) or 1.0
-        return max(stated, measured, 1e-9 * scale)
+    def _settle_floor(self, stated: dict[str, float]) -> FloatArray:
+        """Standard deviation of each signal's noise: as stated, or more where it is rougher.
+
+        The roughness is looked for in what the nominal replay leaves, so that fast motion does not
+        count as noise; a gap that is rough itself cannot raise the floor beyond what was stated
+        times `_ROUGHER`.
+        """
+        left = self.recorded - self.simulate({})
+        floors = []
+        for one, values, rest in zip(self.signals, self.recorded, left, strict=True):
+            said = stated[one.name]
+            measured = min(roughness(values), roughness(rest))
+            scale = float(np.nanstd(values)) or 1.0
+            if one.name == "voltage_q" and said > 0.0:
+                # Noise that only the recording has never gets into the command.
+                self.loop_share = min(1.0, measured / said)
+                floors.append(said * max(self.loop_share, _QUIET_COMMAND))
+            elif said > 0.0:
+                floors.append(min(max(said, measured), _ROUGHER * said))
+            else:
+                floors.append(max(measured, 1e-9 * scale))
+        return np.array(floors)
 
     def _lay_grid(self) -> None:
         """Ticks per sample of the replay, and where the recording's samples lie on its grid."""
@@ -282,17 +300,21 @@ class Replay:
         values: FloatArray = CubicSpline(grid, columns)(self.time_s).T
         return values
 
-    def packed(self, effects: Effects) -> NDArray[np.void]:
-        """The packed record of the drive with `effects` added to those of the drive file."""
-        drive = dataclasses.replace(self.drive, effects={**self.drive.effects, **effects})
+    def packed(self, effects: Effects, drive: DriveParameters | None = None) -> NDArray[np.void]:
+        """The packed record of the drive with `effects` added to those of the drive file.
+
+        drive: in place of the nominal model free of noise.
+        """
+        base = drive or self.drive
+        drive = dataclasses.replace(base, effects={**base.effects, **effects})
         substeps = math.ceil(
             fastest_rate(drive) / (_REPLAY_RATE_STEP * drive.controller.rate) - 1e-9
         )
         return pack(drive, substeps=min(max(1, substeps), _MOST_SUBSTEPS))
 
-    def run(self, effects: Effects) -> FloatArray:
+    def run(self, effects: Effects, drive: DriveParameters | None = None) -> FloatArray:
         """All the engine's columns at the grid of the replay, float64[grid, COLUMNS]."""
-        params = self.packed(effects)
+        params = self.packed(effects, drive)
         samples = np.zeros((self._samples, COLUMNS))
         run_ticks(
             0,
@@ -311,6 +333,16 @@ class Replay:
     def full(self, effects: Effects) -> FloatArray:
         """All the engine's columns at the recording's stamps, float64[COLUMNS, n]."""
         return self._on_samples(self.run(effects))
+
+    def _healthy(self) -> FloatArray:
+        """One draw of what a perfect model would leave: noise, and what it does round the loop."""
+        drawn = np.random.default_rng(1).standard_normal(self.recorded.shape)
+        if self.loop_share < _LOUD or not any(declared_noise(self.nominal).values()):
+            return drawn
+        noisy = self._on_samples(self.run({}, drive=self.nominal))
+        columns = noisy[[one.column for one in self.signals]]
+        left: FloatArray = (columns - self.simulate({})) / self.floor[:, None]
+        return left
 
     def simulate(self, effects: Effects) -> FloatArray:
         """What the model gives at the recording's stamps: float64[signals, n]."""

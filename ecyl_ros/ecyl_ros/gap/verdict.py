@@ -9,11 +9,10 @@ import numpy as np
 
 from ..effects.catalogue import CATALOGUE
 from .attribute import Competition, misfit
-from .fit import Fit
-from .replay import BoolArray
+from .fit import Fit, cost
+from .replay import BoolArray, FloatArray, Replay
 
-PERFECT = 0.92  # robust misfit of a perfect model, see `fit.cost`
-NO_GAP_RATIO = 1.15  # no signal's RMS stands higher over its floor
+NO_GAP_RATIO = 1.15  # no signal stands higher over its floor, or over what a perfect model leaves
 STRUCTURELESS = 1.3  # robust misfit over that of a perfect model
 EXPLAINED_SHRINK = 0.9
 NAMED = 0.5  # a cause less sure than this is not named
@@ -38,14 +37,35 @@ def ratios(fit: Fit, rows: BoolArray) -> list[float]:
     return [float(np.sqrt(np.mean(values[rows] ** 2))) for values in fit.gap]
 
 
-def standing(competition: Competition) -> Standing:
-    """Where the winner stands."""
+def robust_ratios(gap: FloatArray, rows: BoolArray) -> FloatArray:
+    """Robust RMS of each signal's gap over its noise floor: float64[signals]."""
+    return np.array([math.sqrt(cost(values[None, :], rows)) for values in gap])
+
+
+def at_floor(fit: Fit, replay: Replay) -> bool:
+    """Whether every signal stands at its floor, as far as noise round the loop lets it.
+
+    By its RMS and by its robust RMS: few large differences count, and many small ones.
+    """
+    rows = replay.usable
+    healthy = np.sqrt(np.mean(replay.healthy[:, rows] ** 2, axis=1))
+    # Impacts that noise has moved are few and large: one draw of them says little of another.
+    allowed = np.maximum(1.0, np.where(healthy > 1.1, 1.3 * healthy, healthy))
+    robust = np.maximum(0.92, robust_ratios(replay.healthy, rows))
+    return bool(
+        np.all(np.array(ratios(fit, rows)) <= NO_GAP_RATIO * allowed)
+        and np.all(robust_ratios(fit.gap, rows) <= NO_GAP_RATIO * robust)
+    )
+
+
+def standing(competition: Competition, perfect: float) -> Standing:
+    """Where the winner stands; perfect: robust misfit of a perfect model."""
     winner = competition.winner
-    left = misfit(winner.judged) / PERFECT
+    left = misfit(winner.judged) / perfect
     rivals = [one for one in competition.rivals if not _contains(one, winner)]
     margin = misfit(min((one.judged for one in rivals), default=competition.nominal.judged))
-    before = max(competition.nominal.judged - PERFECT**2, 1e-9)
-    after = max(winner.judged - PERFECT**2, 0.0)
+    before = max(competition.nominal.judged - perfect**2, 1e-9)
+    after = max(winner.judged - perfect**2, 0.0)
     return Standing(left, margin / misfit(winner.judged), 1.0 - after / before)
 
 

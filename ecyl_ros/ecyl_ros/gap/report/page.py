@@ -10,7 +10,6 @@ from ... import __version__
 from ...effects.catalogue import CATALOGUE
 from ...recording.atomic import write_text
 from ..diagnosis import Cause, Diagnosis, FittedParameter
-from ..verdict import PERFECT
 from . import quantities as q
 from . import residual, stretch, words
 from .markup import escape, figure, key, table, typeset
@@ -77,7 +76,7 @@ def _closing(diagnosis: Diagnosis) -> str:
         misfit += f" before, {q.number(diagnosis.misfit_after)} after"
     facts += [
         ("misfit", f"{misfit}: the same in noise floors, robust against single spikes"),
-        ("a perfect model", f"has a misfit of about {q.number(PERFECT, 2)}"),
+        ("a perfect model", f"has a misfit of about {q.number(diagnosis.misfit_perfect, 2)}"),
     ]
     items = "".join(f"<dt>{typeset(name)}</dt><dd>{typeset(text)}</dd>" for name, text in facts)
     heading = "How the gap closes" if diagnosis.causes else "How large the gap is"
