@@ -7,6 +7,7 @@ the launcher: should it be killed, the kernel asks every child to end.
 from __future__ import annotations
 
 import ctypes
+import importlib.util
 import json
 import os
 import signal
@@ -65,9 +66,12 @@ def _processors(first: bool) -> set[int]:
     """Where a node is to run: those of FIRST share a processor, the others have the rest.
 
     Plant and controller never work at the same time, they answer each other. On one processor
-    an answer costs a switch of tasks; on two, a processor has to be woken from its sleep.
+    an answer costs a switch of tasks; on two, a processor has to be woken from its sleep. With
+    rclpy_cyclone only: over genuine rclpy the two need more than one processor at 1 kHz.
     """
-    if not hasattr(os, "sched_setaffinity"):
+    found = importlib.util.find_spec("rclpy")
+    light = found is not None and "rclpy_cyclone" in (found.origin or "")
+    if not light or not hasattr(os, "sched_setaffinity"):
         return set()
     usable = sorted(os.sched_getaffinity(0))
     if len(usable) < 2:

@@ -30,13 +30,15 @@ _PRIORITY = 1
 
 
 def run_first() -> bool:
-    """Have the kernel run this process's threads before ordinary ones; False if it refuses.
+    """Have the kernel run this process's threads before ordinary ones; False if refused.
 
-    For when a run begins: at start-up there is much to do that nobody waits for. A machine with a
-    single processor is left alone, it has other nodes to run.
+    For when a run begins: at start-up there is much to do that nobody waits for. Only where the
+    launcher has given plant and controller a processor: elsewhere, as on a machine that has but
+    one, they could keep the others from running.
     """
-    if (os.cpu_count() or 1) < 2:
-        return False
+    given = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else 0
+    if given != 1 or os.cpu_count() == 1:
+        return True
     return _schedule("SCHED_FIFO", _PRIORITY)
 
 
