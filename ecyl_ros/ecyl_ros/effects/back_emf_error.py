@@ -35,4 +35,5 @@ EFFECT = Effect(
         "back_emf_v_s_per_rad", lambda evidence: evidence.drive.motor.back_emf_constant, (0.6, 1.6)
     ),
     modify=modify,
+    neutral=lambda drive: drive.motor.back_emf_constant,
 )

@@ -37,4 +37,5 @@ EFFECT = Effect(
         (1.5, 0.5, 3.0, 0.1),
     ),
     modify=modify,
+    neutral=lambda drive: drive.transmission.backlash,
 )

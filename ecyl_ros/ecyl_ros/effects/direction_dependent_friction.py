@@ -65,6 +65,12 @@ EFFECT = Effect(
     starts=starts,
     modify=modify,
     refines=("load_coulomb_friction", "load_viscous_friction"),
+    sized=(
+        "coulomb_positive_nm",
+        "coulomb_negative_nm",
+        "viscous_positive_nm_s_per_rad",
+        "viscous_negative_nm_s_per_rad",
+    ),
 )
 
 

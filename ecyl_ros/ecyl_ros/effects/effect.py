@@ -105,6 +105,11 @@ def no_starts(evidence: Evidence) -> Sequence[Start]:
     return ()
 
 
+def _zero(drive: DriveParameters) -> float:
+    """Most effects vanish at zero."""
+    return 0.0
+
+
 @dataclass(frozen=True, kw_only=True)
 class Effect:
     """One unmodelled effect.
@@ -122,6 +127,9 @@ class Effect:
             `ports`) have their parameters in the record under `field_name` and need none.
         refines: effects that this one contains as a special case. It is named in their place only
             where it takes off clearly more.
+        sized: parameters that the size of the effect is in proportion to; the first one unless
+            given, none where there is no such thing (a limit).
+        neutral: the value of those at which the effect vanishes.
     """
 
     name: str
@@ -133,6 +141,8 @@ class Effect:
     starts: Callable[[Evidence], Sequence[Start]] = no_starts
     modify: Callable[[np.ndarray, Mapping[str, float], DriveParameters], None] | None = None
     refines: tuple[str, ...] = ()
+    sized: tuple[str, ...] | None = None
+    neutral: Callable[[DriveParameters], float] = _zero
 
     def __post_init__(self) -> None:
         if self.block not in BLOCKS:
@@ -142,6 +152,19 @@ class Effect:
     def reported(self) -> tuple[Quantity, ...]:
         """The parameters that say something of the machine."""
         return tuple(one for one in self.parameters if not one.nuisance)
+
+    def scaled(
+        self, values: Mapping[str, float], size: float, drive: DriveParameters
+    ) -> dict[str, float]:
+        """`values` for an effect `size` times as large, within what is possible."""
+        names = (self.parameters[0].name,) if self.sized is None else self.sized
+        neutral = self.neutral(drive)
+        result = dict(values)
+        for one in self.parameters:
+            if one.name in names:
+                value = neutral + size * (values[one.name] - neutral)
+                result[one.name] = min(max(value, one.low), one.high)
+        return result
 
     def field_name(self, parameter: str) -> str:
         """Name of a parameter in the packed record."""

@@ -37,4 +37,5 @@ EFFECT = Effect(
         (0.97, 1.03),
     ),
     modify=modify,
+    neutral=lambda drive: drive.transmission.lead,
 )

@@ -35,4 +35,5 @@ EFFECT = Effect(
         "inertia_kg_m2", lambda evidence: evidence.drive.load.inertia, (0.5, 0.75, 1.5, 2.5)
     ),
     modify=modify,
+    neutral=lambda drive: drive.load.inertia,
 )

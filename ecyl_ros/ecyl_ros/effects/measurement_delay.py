@@ -33,7 +33,9 @@ EFFECT = Effect(
         ),
     ),
     starts=multiples(
-        "delay_s", lambda evidence: 1.0 / evidence.drive.controller.rate, (0.7, 2.0, 6.0, 15.0)
+        "delay_s",
+        lambda evidence: 1.0 / evidence.drive.controller.rate,
+        (1.5, 0.7, 2.2, 3.5, 6.0, 15.0),
     ),
     modify=modify,
 )

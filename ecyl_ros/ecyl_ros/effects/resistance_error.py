@@ -31,4 +31,5 @@ EFFECT = Effect(
         "resistance_ohm", lambda evidence: evidence.drive.motor.resistance, (0.5, 2.0)
     ),
     modify=modify,
+    neutral=lambda drive: drive.motor.resistance,
 )

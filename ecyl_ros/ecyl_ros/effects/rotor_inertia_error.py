@@ -35,4 +35,5 @@ EFFECT = Effect(
         "inertia_kg_m2", lambda evidence: evidence.drive.motor.rotor_inertia, (0.5, 0.8, 1.3, 2.0)
     ),
     modify=modify,
+    neutral=lambda drive: drive.motor.rotor_inertia,
 )

@@ -40,4 +40,5 @@ EFFECT = Effect(
         (0.5, 2.0, 0.15, 0.05),
     ),
     modify=modify,
+    neutral=lambda drive: drive.transmission.stiffness[0],
 )

@@ -56,4 +56,5 @@ EFFECT = Effect(
     starts=starts,
     modify=modify,
     refines=("stiffness_error",),
+    sized=(),
 )

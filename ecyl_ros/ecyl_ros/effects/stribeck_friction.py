@@ -53,6 +53,7 @@ EFFECT = Effect(
     starts=starts,
     modify=modify,
     refines=("rotor_coulomb_friction",),
+    sized=("coulomb_nm", "static_nm"),
 )
 
 
@@ -60,7 +61,7 @@ EFFECT = Effect(
 def rotor_friction(p, speed, torque, time):
     """Level: Coulomb plus the surplus, falling as a Gaussian of speed."""
     surplus = p.stribeck_friction_static_nm - p.stribeck_friction_coulomb_nm
-    if surplus == 0.0:
+    if surplus <= 0.0:  # resisting less at rest than in motion is another effect
         return p.stribeck_friction_coulomb_nm
     ratio = speed / p.stribeck_friction_stribeck_rad_s
     return p.stribeck_friction_coulomb_nm + surplus * math.exp(-ratio * ratio)

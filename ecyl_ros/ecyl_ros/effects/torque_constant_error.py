@@ -38,4 +38,5 @@ EFFECT = Effect(
         (0.6, 0.85, 1.2, 1.6),
     ),
     modify=modify,
+    neutral=lambda drive: drive.motor.torque_constant,
 )

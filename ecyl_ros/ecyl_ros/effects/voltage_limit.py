@@ -35,4 +35,5 @@ EFFECT = Effect(
     ),
     starts=starts,
     modify=modify,
+    sized=(),
 )

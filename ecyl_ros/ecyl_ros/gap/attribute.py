@@ -30,13 +30,15 @@ AT_FLOOR = 1.14  # times a perfect model's misfit: a model this close needs no f
 _WORTH = 0.6  # a further effect must bring the square of the misfit's surplus below this share ...
 _LEAST = 0.04  # ... and lower the square itself by this
 _HELPS = 0.5  # share of the cost below which a start counts as on the way
+_LARGEST = 5.0  # times a start that its response may suggest
 _STARTS = 6  # of one effect alone
 _STARTS_IN_SETS = 2
 _KEPT_SINGLES = 9
 _POLISHED_SINGLES = 2
 _FIRSTS = 2  # single effects that sets are built upon
 _KEPT_SETS = 6
-_SEARCHED_SETS = 4
+_CLOSE = 2.0  # times the best cost: a runner-up that finer fits may still put first
+_SEARCHED_SETS = 3
 _KEPT_RESPONSES = 4  # further sets from responses added up
 _MOST_EFFECTS = 3
 _STRIDE = 5  # responses are added up on every fifth sample
@@ -69,6 +71,16 @@ class Competition:
     rivals: tuple[Fit, ...]
     leave_one_out: dict[str, Fit]
     replays: int
+
+
+@dataclass(frozen=True, eq=False)
+class _Promise:
+    """A start upon `base`: what it may leave (`score`) at `size` times its size."""
+
+    score: float
+    size: float
+    fit: Fit
+    base: Fit
 
 
 class _Competition:
@@ -145,33 +157,27 @@ class _Competition:
         glimpsed = self.map(lambda one: self.fitter.fit(one, steps=2, difference=MEDIUM), sets)
         glimpsed.sort(key=lambda one: one.fitted)
         searched = self.search(glimpsed[:_SEARCHED_SETS])
-        polished = self.polish(searched[:2], 10)
-        rest = searched[2:] + glimpsed[_SEARCHED_SETS:]
+        close = [one for one in searched[1:2] if one.fitted < _CLOSE * searched[0].fitted]
+        polished = self.polish([*searched[:1], *close], 10)
+        rest = searched[len(polished) :] + glimpsed[_SEARCHED_SETS:]
         return sorted(polished + rest, key=lambda one: one.fitted)
 
     def polish(self, fits: Sequence[Fit], steps: int) -> list[Fit]:
         """Fit each to the end, with the parameters that only shape its effects."""
-        return self.map(lambda one: self.fitter.fit(one, steps=steps, nuisances=True), fits)
+        return self.map(lambda one: self.fitter.polish(one, steps), fits)
 
     def singles(self) -> list[Fit]:
         """The best fit of each effect alone, best first."""
         started = self.starts(self.nominal, self.names, _STARTS)
         self.library = started
         self.report("starts", 0.3)
-        promise = self._promise(started)
-        best: dict[str, tuple[float, Fit]] = {}
-        for one, expected in zip(started, promise, strict=True):
-            name = one.names[0]
-            score = min(one.fitted, expected)
-            if name not in best or score < best[name][0]:
-                best[name] = (score, one)
-        order = sorted(best.values(), key=lambda pair: pair[0])
-        kept = [one for _, one in order[:_KEPT_SINGLES]]
-        fitted = self.search(kept)
+        order = self._most_promising(self.nominal, started)
+        kept = order[:_KEPT_SINGLES]
+        fitted = self.search(self._sized(kept))
         self.report("single effects", 0.5)
         polished = self.polish(fitted[:_POLISHED_SINGLES], 8)
         self.library = started + fitted + polished
-        rest = [one for _, one in order[_KEPT_SINGLES:]]
+        rest = [one.fit for one in order[_KEPT_SINGLES:]]
         return sorted(polished + fitted[_POLISHED_SINGLES:] + rest, key=lambda one: one.fitted)
 
     def _thin(self, fit: Fit) -> FloatArray:
@@ -179,18 +185,42 @@ class _Competition:
         gap: FloatArray = (fit.gap[:, rows] * self._weights).ravel()
         return gap
 
-    def _promise(self, fits: Sequence[Fit]) -> list[float]:
-        """Cost that each response would leave, were it free in size (and linear)."""
-        target = self._thin(self.nominal)
-        found = []
-        for one in fits:
+    def _most_promising(self, base: Fit, started: Sequence[Fit]) -> list[_Promise]:
+        """The best start of each set upon `base`, most promising first.
+
+        A response counts by what it would leave, were it free in size (and linear), beside what
+        `base` could still do by its own parameters.
+        """
+        basis = self._basis(base)
+        target = self._thin(base)
+        free = target - basis @ (basis.T @ target)
+        best: dict[frozenset[str], _Promise] = {}
+        for one in started:
             response = target - self._thin(one)
+            response -= basis @ (basis.T @ response)
             power = float(response @ response)
-            size = float(response @ target) / power if power > 0.0 else 0.0
-            size = min(max(size, 0.0), 3.0)
-            left = target - size * response
-            found.append(_robust(left))
-        return found
+            size = float(response @ free) / power if power > 0.0 else 0.0
+            size = min(max(size, 0.0), _LARGEST)
+            score = min(one.fitted, _robust(free - size * response))
+            key = frozenset(one.names)
+            if key not in best or score < best[key].score:
+                best[key] = _Promise(score, size, one, base)
+        return sorted(best.values(), key=lambda one: one.score)
+
+    def _sized(self, promises: Sequence[_Promise]) -> list[Fit]:
+        """The starts, or the same in the size that their response suggests, if that is better."""
+        drive = self.fitter.replay.drive
+
+        def resize(promise: _Promise) -> Fit:
+            fit = promise.fit
+            (name,) = set(fit.names) - set(promise.base.names)
+            if promise.size <= 0.0 or 0.8 < promise.size < 1.25:
+                return fit
+            values = CATALOGUE[name].scaled(fit.values[name], promise.size, drive)
+            other = self.fitter.evaluate({**fit.values, name: values})
+            return min((fit, other), key=lambda one: one.fitted)
+
+        return self.map(resize, promises)
 
     def pairs_of_responses(self) -> list[Values]:
         """Sets of two whose responses, added up with free sizes, would leave least."""
@@ -213,33 +243,28 @@ class _Competition:
                 left = float(target @ target - a * along[i] - b * along[j]) / target.size
                 key = frozenset((*first.names, *second.names))
                 if key not in found or left < found[key][0]:
-                    found[key] = (left, {**first.values, **second.values})
+                    found[key] = (
+                        left,
+                        {**self._times(first, a), **self._times(second, b)},
+                    )
         order = sorted(found.values(), key=lambda pair: pair[0])
         return [values for _, values in order[: _KEPT_SETS + _KEPT_RESPONSES]]
 
+    def _times(self, single: Fit, size: float) -> Values:
+        (name,) = single.names
+        drive = self.fitter.replay.drive
+        return {name: CATALOGUE[name].scaled(single.values[name], size, drive)}
+
     def sets_upon(self, firsts: Sequence[Fit]) -> list[Fit]:
         """Each of `firsts` with one more effect, the most promising started, not yet fitted."""
-        found: list[tuple[float, Fit]] = []
+        best: dict[frozenset[str], _Promise] = {}
         for first in firsts:
-            started = self.starts(first, self.names, _STARTS_IN_SETS)
-            target = self._thin(first)
-            basis = self._basis(first)
-            target = target - basis @ (basis.T @ target)
-            for one in started:
-                response = self._thin(first) - self._thin(one)
-                response = response - basis @ (basis.T @ response)
-                power = float(response @ response)
-                size = float(response @ target) / power if power > 0.0 else 0.0
-                size = min(max(size, 0.0), 3.0)
-                left = target - size * response
-                found.append((min(one.fitted, _robust(left)), one))
-        best: dict[frozenset[str], tuple[float, Fit]] = {}
-        for score, one in found:
-            key = frozenset(one.names)
-            if key not in best or score < best[key][0]:
-                best[key] = (score, one)
-        order = sorted(best.values(), key=lambda pair: pair[0])
-        return [one for _, one in order[:_KEPT_SETS]]
+            for one in self._most_promising(first, self.starts(first, self.names, _STARTS_IN_SETS)):
+                key = frozenset(one.fit.names)
+                if key not in best or one.score < best[key].score:
+                    best[key] = one
+        order = sorted(best.values(), key=lambda one: one.score)
+        return self._sized(order[:_KEPT_SETS])
 
     def _basis(self, fit: Fit) -> FloatArray:
         """Orthonormal directions in which the fit can still move, on the thinned rows."""

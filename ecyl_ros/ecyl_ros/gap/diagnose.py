@@ -208,6 +208,8 @@ def _assemble(
         misfit_before=misfit(nominal.judged),
         misfit_after=misfit(final.judged),
         misfit_perfect=fitter.perfect,
+        misfit_best=misfit(winner.judged),
+        margin=place.margin,
         duration_s=recording_duration(replay),
         rate_hz=replay.recording.rate_hz,
     )

@@ -131,6 +131,9 @@ class Diagnosis:
         values: {effect: {parameter: value}} of the causes, shape parameters included, as a drive
             file takes them.
         seconds, replays: what it took.
+        misfit_before, misfit_after, misfit_perfect, misfit_best: robust RMS over the noise floor of
+            the nominal model, with the causes, of a perfect model, and of the best set, named or
+            not. margin: the best rival's over the best set's.
     """
 
     source: str
@@ -156,6 +159,8 @@ class Diagnosis:
     misfit_before: float = 0.0
     misfit_after: float = 0.0
     misfit_perfect: float = 0.92
+    misfit_best: float = 0.0
+    margin: float = 1.0
     duration_s: float = 0.0
     rate_hz: float = 0.0
 
@@ -217,6 +222,13 @@ class Diagnosis:
                 "floor": self.floor,
                 "shrink": self.shrink,
                 "held_out": True,
+            },
+            "misfit": {
+                "before": self.misfit_before,
+                "after": self.misfit_after,
+                "perfect": self.misfit_perfect,
+                "best": self.misfit_best,
+                "margin": self.margin,
             },
             "candidates": [
                 {"effects": list(one.effects), "fitted": one.fitted, "held_out": one.judged}

@@ -147,6 +147,12 @@ class Fitter:
         replays = turned.replays + found.replays + again.replays + finer.replays
         return dataclasses.replace(finer, replays=replays)
 
+    def polish(self, start: Fit, steps: int) -> Fit:
+        """Fit to the end, with the parameters that only shape an effect."""
+        found = self.fit(start, steps=steps // 2, nuisances=True, difference=MEDIUM)
+        finer = self.fit(found, steps=steps - steps // 2, nuisances=True)
+        return dataclasses.replace(finer, replays=found.replays + finer.replays)
+
     def _turn(self, start: Fit) -> Fit:
         """Other frequencies with the phase in the middle of the recording held.
 

@@ -16,7 +16,7 @@ NO_GAP_RATIO = 1.15  # no signal stands higher over its floor, or over what a pe
 STRUCTURELESS = 1.3  # robust misfit over that of a perfect model
 EXPLAINED_SHRINK = 0.9
 NAMED = 0.5  # a cause less sure than this is not named
-_INDISTINCT = 1.06  # misfits closer than this ratio cannot be told apart
+_INDISTINCT = 0.02  # squared misfits closer than this share cannot be told apart
 
 
 @dataclass(frozen=True)
@@ -80,7 +80,10 @@ def _contains(larger: Fit, smaller: Fit) -> bool:
 
 
 def alternatives(competition: Competition, effect: str) -> tuple[str, ...]:
-    """Effects that fit as well in the place of `effect`, as far as this recording can tell."""
+    """Effects that fit as well in the place of `effect`, as far as this recording can tell.
+
+    One that needs more parameters to do no better is none.
+    """
     winner = competition.winner
     others = set(winner.names) - {effect}
     found = []
@@ -88,10 +91,12 @@ def alternatives(competition: Competition, effect: str) -> tuple[str, ...]:
         names = set(rival.names)
         if not others <= names or effect in names or len(names) != len(winner.names):
             continue
-        if misfit(rival.judged) < _INDISTINCT * misfit(winner.judged):
-            (other,) = names - others
-            if effect not in CATALOGUE[other].refines:
-                found.append(other)
+        (other,) = names - others
+        freedom = len(CATALOGUE[other].parameters) - len(CATALOGUE[effect].parameters)
+        if freedom > 0 or effect in CATALOGUE[other].refines:
+            continue
+        if rival.judged - winner.judged < _INDISTINCT * winner.judged:
+            found.append(other)
     return tuple(found)
 
 
