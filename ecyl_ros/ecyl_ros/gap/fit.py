@@ -268,19 +268,21 @@ class Fitter:
         begin = np.array(
             [one.inward(start.values[one.effect][one.quantity.name]) for one in coordinates]
         )
-        result = least_squares(
-            residual,
-            begin,
-            jac=jacobian,
-            bounds=([one.low for one in coordinates], [one.high for one in coordinates]),
-            x_scale="jac",
-            max_nfev=steps,
-            ftol=_CONVERGED,
-            xtol=1e-7,
-            gtol=None,
-            loss="cauchy",
-            f_scale=loss_scale,
-        )
+        # A parameter without any response makes scipy divide by zero on its way to "no step".
+        with np.errstate(all="ignore"):
+            result = least_squares(
+                residual,
+                begin,
+                jac=jacobian,
+                bounds=([one.low for one in coordinates], [one.high for one in coordinates]),
+                x_scale="jac",
+                max_nfev=steps,
+                ftol=_CONVERGED,
+                xtol=1e-7,
+                gtol=None,
+                loss="cauchy",
+                f_scale=loss_scale,
+            )
         last = jacobians.get(result.x.tobytes())
         if last is None and jacobians:
             last = list(jacobians.values())[-1]

@@ -18,6 +18,7 @@ from ..drive.parameters import DriveParameters
 from ..drive.plant import MEASURED, initial_state, voltage_queue
 from ..errors import InputError
 from ..recording.signals import Recording
+from .screen import screen
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -139,13 +140,14 @@ class Replay:
     """
 
     def __init__(self, recording: Recording, drive: DriveParameters, source: str) -> None:
+        self._source = source
+        self._check(recording)
+        recording, notes = screen(recording, drive, source)
         self.recording = recording
         self.nominal = drive
         self.drive = silent(drive)
-        self.notes: list[str] = []
+        self.notes = notes
         self.time_s = np.asarray(recording.time_s)
-        self._source = source
-        self._check()
         self.signals = tuple(one for one in SIGNALS if recording.has(one.recorded))
         missing = [one.name for one in SIGNALS if one not in self.signals]
         if missing:
@@ -163,8 +165,7 @@ class Replay:
         self.floor = self._settle_floor(stated)
         self.healthy = self._healthy()
 
-    def _check(self) -> None:
-        recording = self.recording
+    def _check(self, recording: Recording) -> None:
         if len(recording) < 200:
             raise InputError(
                 f"{self._source}: {len(recording)} samples, expected at least 200 to diagnose"
