@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from typing import Any
 
 import numpy as np
 from scipy.ndimage import median_filter
@@ -33,7 +34,7 @@ def screen(
     Raises InputError where the drive file plainly belongs to another machine.
     """
     recording, notes = _liveliest(recording)
-    changed: dict[str, FloatArray] = {}
+    changed: dict[str, Any] = {}
     moving = _spread(recording.reference_position_m) > 0.0
     if not moving:
         notes.append("the reference never moves: only what shows at rest can be judged")
