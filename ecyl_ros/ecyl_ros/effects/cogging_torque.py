@@ -31,7 +31,7 @@ EFFECT = Effect(
     parameters=(
         Quantity(name="amplitude_nm", unit="N m", low=0.0, high=1e3, meaning="peak torque"),
         Quantity(
-            name="periods_per_rev", unit="1", low=0.5, high=1e3, meaning="periods per rotor turn"
+            name="periods_per_rev", unit="1", low=0.9, high=1e3, meaning="periods per rotor turn"
         ),
         phase("of the sine at rotor angle zero"),
     ),

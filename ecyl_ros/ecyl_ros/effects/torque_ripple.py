@@ -32,7 +32,7 @@ EFFECT = Effect(
             name="fraction", unit="1", low=0.0, high=1.0, meaning="peak share of the motor's torque"
         ),
         Quantity(
-            name="periods_per_rev", unit="1", low=0.5, high=1e3, meaning="periods per rotor turn"
+            name="periods_per_rev", unit="1", low=0.9, high=1e3, meaning="periods per rotor turn"
         ),
         phase("of the sine at rotor angle zero"),
     ),

@@ -35,7 +35,7 @@ EFFECT = Effect(
             name="amplitude_rad", unit="rad", low=0.0, high=10.0, meaning="peak, at the rotor"
         ),
         Quantity(
-            name="periods_per_screw_rev", unit="1", low=0.25, high=1e3, meaning="periods per turn"
+            name="periods_per_screw_rev", unit="1", low=0.9, high=1e3, meaning="periods per turn"
         ),
         phase("of the sine at screw angle zero"),
     ),

@@ -23,6 +23,7 @@ from .replay import BoolArray, Replay
 from .split import held_out
 from .verdict import (
     EXPLAINED_SHRINK,
+    HELPS,
     NAMED,
     STRUCTURELESS,
     alternatives,
@@ -154,6 +155,7 @@ def _assemble(
             )
             previous = now
     named = bool(causes) and min(one.confidence for one in causes) >= NAMED
+    named = named and (before - in_all(winner)) >= HELPS * surplus
     if causes and not named:
         tried = ", ".join(one.title for one in causes)
         notes.append(f"closest in the catalogue, but too unlike to be named: {tried}")

@@ -20,6 +20,7 @@ LOSS_SCALE = 3.0  # in noise floors: beyond it a difference counts less than its
 # Steps of the numerical derivatives in the fit's coordinates. Where the flanks meet, the response
 # to a small change is a spike; coarse steps see the valley that the spikes stand in.
 COARSE, MEDIUM, FINE = 0.15, 0.02, 2e-3
+_SHAPES = (0.25, 0.5, 2.0, 4.0)  # times a shape parameter at the start of its fit
 _BRACKET = 0.8  # half width of a search along one parameter, in the fit's coordinates
 _REACH = 60.0  # a fit may change a positive parameter by this factor either way
 _CONVERGED = 1e-5
@@ -149,9 +150,28 @@ class Fitter:
 
     def polish(self, start: Fit, steps: int) -> Fit:
         """Fit to the end, with the parameters that only shape an effect."""
-        found = self.fit(start, steps=steps // 2, nuisances=True, difference=MEDIUM)
+        shaped = self._shape(start)
+        found = self.fit(shaped, steps=steps // 2, nuisances=True, difference=MEDIUM)
         finer = self.fit(found, steps=steps - steps // 2, nuisances=True)
-        return dataclasses.replace(finer, replays=found.replays + finer.replays)
+        replays = shaped.replays + found.replays + finer.replays
+        return dataclasses.replace(finer, replays=replays)
+
+    def _shape(self, start: Fit) -> Fit:
+        """The best of several values of each parameter that only shapes an effect (no phase)."""
+        best, replays = start, 0
+        for name in start.values:
+            for one in CATALOGUE[name].parameters:
+                if not one.nuisance or one.name == "phase_rad":
+                    continue
+                middle = best.values[name][one.name]
+                for factor in _SHAPES:
+                    value = min(max(middle * factor, one.low), one.high)
+                    values = {**best.values, name: {**best.values[name], one.name: value}}
+                    tried = self.evaluate(values)
+                    replays += 1
+                    if tried.fitted < best.fitted:
+                        best = tried
+        return dataclasses.replace(best, replays=replays)
 
     def _turn(self, start: Fit) -> Fit:
         """Other frequencies with the phase in the middle of the recording held.

@@ -15,6 +15,8 @@ from .replay import BoolArray, FloatArray, Replay
 NO_GAP_RATIO = 1.15  # no signal stands higher over its floor, or over what a perfect model leaves
 STRUCTURELESS = 1.3  # robust misfit over that of a perfect model
 EXPLAINED_SHRINK = 0.9
+HELPS = 0.5  # share of the gap that must be gone for anything to be named
+_NEAR, _FAR = 1.05, 1.2  # misfits over that of a perfect model: at the floor, and surely not
 NAMED = 0.5  # a cause less sure than this is not named
 _INDISTINCT = 0.02  # squared misfits closer than this share cannot be told apart
 
@@ -103,9 +105,11 @@ def alternatives(competition: Competition, effect: str) -> tuple[str, ...]:
 def confidence(place: Standing, rivals_as_good: int) -> float:
     """Probability that a named cause is true, from how the fit stands.
 
-    The curve is that of the blind study: what is left decides, then the distance to the next best.
+    Near the floor a wrong set is rare however close its rivals; further up it takes a distance to
+    the next best. The curve is drawn through what the blind study shows.
     """
-    surplus = max(place.left - 1.0, 0.0)
-    score = 4.2 - 3.2 * math.log1p(2.0 * surplus) + 0.9 * math.log(max(place.margin, 1.0))
+    away = min(max((place.left - _NEAR) / (_FAR - _NEAR), 0.0), 1.0)
+    score = 4.5 - 2.6 * away
+    score += away * (2.0 * math.log(max(place.margin, 1.0)) - 2.5 * math.log(max(place.left, 1.0)))
     value = 1.0 / (1.0 + math.exp(-score))
     return value / (1.0 + rivals_as_good)

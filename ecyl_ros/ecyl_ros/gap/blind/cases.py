@@ -11,6 +11,7 @@ import numpy as np
 from joblib import Parallel, delayed
 
 from ...drive.parameters import DriveParameters
+from ...effects.catalogue import CATALOGUE
 from ...errors import InputError
 from ...recording.signals import Recording
 from .excitation import FloatArray, draw_reference
@@ -276,6 +277,8 @@ def plan_cases(
                 )
             )
         hidden = set(without) | (set(names) if kind == "withheld" else set())
+        # A finer form of what is left out would be that same cause under another name.
+        hidden |= {finer for finer, one in CATALOGUE.items() if hidden & set(one.refines)}
         if kind == "outside":
             hidden |= {twin for name in names if (twin := EFFECTS[name].twin)}
         cases.append(

@@ -183,6 +183,7 @@ _EFFECTS = [
         "motor_electrical",
         lambda d: {"gain": d.within(0.7, 0.9)},
         _put_low_supply,
+        twin="inverter_gain",
     ),
     Imposed(
         "x_presliding_friction",
