@@ -13,7 +13,7 @@ from ..errors import InputError
 from ..recording.signals import FloatArray, Recording
 
 LONGEST_S = 40.0  # a longer recording is judged on its liveliest stretch of this length
-_OUTLIER_SHARE = 0.25  # of the signal's range within which a lone sample may jump
+_OUTLIER_SHARE = 2.0  # times the range of the rest: impacts of the flanks are spikes, too
 _OUTLIERS_AT_MOST = 0.01  # share of samples; more of them are no outliers
 _FOREIGN = 2.0  # times the nominal travel of the rod per rotor angle, either way
 
