@@ -17,7 +17,7 @@ STRUCTURELESS = 1.3  # robust misfit over that of a perfect model
 EXPLAINED_SHRINK = 0.9
 HELPS = 0.5  # share of the gap that must be gone for anything to be named
 _NEAR, _FAR = 1.05, 1.2  # misfits over that of a perfect model: at the floor, and surely not
-NAMED = 0.5  # a cause less sure than this is not named
+NAMED = 0.6  # a cause less sure than this is not named
 _INDISTINCT = 0.02  # squared misfits closer than this share cannot be told apart
 
 
