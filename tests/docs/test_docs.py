@@ -54,5 +54,5 @@ def test_the_nodes_page_names_every_topic_and_parameter() -> None:
 
 
 def test_the_effects_page_holds_what_the_code_prints() -> None:
-    """docs/effects.md ends with the catalogue as `python -m ecyl_ros.effects.describe` prints it."""
+    """docs/effects.md holds what `python -m ecyl_ros.effects.describe` prints."""
     assert catalogue_text() in (ROOT / "docs" / "effects.md").read_text(encoding="utf-8")
