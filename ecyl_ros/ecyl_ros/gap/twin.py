@@ -191,7 +191,7 @@ def _number(value: float) -> str:
 
 def _end(node: yaml.Node) -> int:
     """Where the text of a node ends, without what follows it."""
-    if isinstance(node, yaml.ScalarNode) or node.flow_style or not node.value:
+    if not isinstance(node, yaml.CollectionNode) or node.flow_style or not node.value:
         return int(node.end_mark.index)
     if isinstance(node, yaml.MappingNode):
         return max(max(_end(key), _end(value)) for key, value in node.value)
@@ -235,7 +235,7 @@ def _merged(
         old = _value(existing, name)
         if old is None:
             fresh[name] = values
-        elif old.flow_style or not isinstance(old, yaml.MappingNode):
+        elif not isinstance(old, yaml.MappingNode) or old.flow_style:
             edits.append((old.start_mark.index, _end(old), _flow(values)))
         else:
             margin = newline + " " * old.start_mark.column
