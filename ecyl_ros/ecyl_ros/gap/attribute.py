@@ -23,7 +23,7 @@ import numpy as np
 
 from ..effects.catalogue import CATALOGUE
 from .evidence import gather
-from .fit import LOSS_SCALE, MEDIUM, Fit, Fitter, Values
+from .fit import MEDIUM, Fit, Fitter, Values, robust_mean_square
 from .replay import FloatArray
 
 AT_FLOOR = 1.14  # times a perfect model's misfit: a model this close needs no further effect
@@ -84,17 +84,24 @@ class _Promise:
 
 
 class _Competition:
-    def __init__(self, fitter: Fitter, names: Sequence[str], report: Report) -> None:
+    def __init__(
+        self,
+        fitter: Fitter,
+        nominal: Fit,
+        names: Sequence[str],
+        report: Report,
+        threads: ThreadPoolExecutor,
+    ) -> None:
         self.fitter = fitter
         self.names = list(names)
         self.report = report
         self.replays = 0
-        self.nominal = fitter.evaluate({})
+        self.nominal = nominal
         self.library: list[Fit] = []
         thin = self.nominal.gap[:, np.flatnonzero(fitter.rows)[::_STRIDE]]
         scale = 3.0 + 3.0 * float(np.median(np.abs(thin)))
         self._weights = 1.0 / np.sqrt(1.0 + (thin / scale) ** 2)
-        self._threads = ThreadPoolExecutor(os.cpu_count() or 1)
+        self._threads = threads
 
     def map(self, work: Callable[[Job], Fit], jobs: Iterable[Job]) -> list[Fit]:
         """Do fits side by side."""
@@ -201,7 +208,7 @@ class _Competition:
             power = float(response @ response)
             size = float(response @ free) / power if power > 0.0 else 0.0
             size = min(max(size, 0.0), _LARGEST)
-            score = min(one.fitted, _robust(free - size * response))
+            score = min(one.fitted, robust_mean_square(free - size * response))
             key = frozenset(one.names)
             if key not in best or score < best[key].score:
                 best[key] = _Promise(score, size, one, base)
@@ -277,10 +284,6 @@ class _Competition:
         return basis
 
 
-def _robust(left: FloatArray) -> float:
-    return float(np.mean(LOSS_SCALE**2 * np.log1p((left / LOSS_SCALE) ** 2)))
-
-
 def _possible(name: str, start: object) -> bool:
     values = dict(start)  # type: ignore[call-overload]
     for quantity in CATALOGUE[name].parameters:
@@ -326,9 +329,17 @@ def earns(with_it: Fit, without: Fit, perfect: float) -> bool:
     return True
 
 
-def compete(fitter: Fitter, names: Sequence[str], report: Report) -> Competition:
-    """Let the effects `names` compete for the gap; `report` takes a stage and the share done."""
-    run = _Competition(fitter, names, report)
+def compete(fitter: Fitter, nominal: Fit, names: Sequence[str], report: Report) -> Competition:
+    """Let the effects `names` compete for the gap that `nominal`, the bare model, leaves.
+
+    report: takes a stage and the share done.
+    """
+    with ThreadPoolExecutor(os.cpu_count() or 1) as threads:
+        return _compete(_Competition(fitter, nominal, names, report, threads))
+
+
+def _compete(run: _Competition) -> Competition:
+    fitter, report = run.fitter, run.report
     singles = run.singles()
     report("single effects", 0.6)
     winner = run.nominal

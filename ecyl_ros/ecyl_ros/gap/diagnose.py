@@ -73,12 +73,15 @@ def diagnose(
     nominal = fitter.evaluate({})
     tell = progress or (lambda share: None)
     tell(0.02)
-    if at_floor(nominal, replay):
+    no_gap = at_floor(nominal, replay)
+    if no_gap:
         competition = Competition(nominal, (), nominal, (), {}, 1)
     else:
         names = [name for name in CATALOGUE if name not in without]
-        competition = compete(fitter, names, lambda stage, share: tell(0.02 + 0.95 * share))
-    result = _assemble(replay, fitter, competition, source, drive_name, begin)
+        competition = compete(
+            fitter, nominal, names, lambda stage, share: tell(0.02 + 0.95 * share)
+        )
+    result = _assemble(replay, fitter, competition, no_gap, source, drive_name, begin)
     tell(1.0)
     return result
 
@@ -101,6 +104,7 @@ def _assemble(
     replay: Replay,
     fitter: Fitter,
     competition: Competition,
+    no_gap: bool,
     source: str,
     drive_name: str,
     begin: float,
@@ -162,8 +166,8 @@ def _assemble(
     final = winner if named else nominal
     after = in_all(final)
     shrink = max(0.0, min(1.0, (before - after) / surplus)) if named else 0.0
-    block = _block(competition, replay)
-    if at_floor(nominal, replay):
+    block = _block(competition)
+    if no_gap:
         verdict, block = "no_gap", None
     elif not named:
         verdict = "unexplained"
@@ -173,8 +177,6 @@ def _assemble(
         verdict = "partly_explained"
     if named:
         block = causes[0].block
-    if verdict == "no_gap":
-        causes, named = [], False
     candidates = [
         Candidate(one.names, misfit(one.fitted), misfit(one.judged)) for one in _ranked(competition)
     ]
@@ -184,8 +186,8 @@ def _assemble(
         verdict=verdict,
         block=block,
         signals=by_signal(replay, nominal, final, held),
-        when=by_condition(replay, nominal.gap) if verdict != "no_gap" else (),
-        frequency_hz=by_frequency(replay, nominal.gap) if verdict != "no_gap" else (),
+        when=by_condition(replay, nominal.gap) if not no_gap else (),
+        frequency_hz=by_frequency(replay, nominal.gap) if not no_gap else (),
         ports=by_port(replay),
         causes=tuple(causes) if named else (),
         before=before,
@@ -212,14 +214,9 @@ def _assemble(
         misfit_perfect=fitter.perfect,
         misfit_best=misfit(winner.judged),
         margin=place.margin,
-        duration_s=recording_duration(replay),
+        duration_s=float(replay.time_s[-1]),
         rate_hz=replay.recording.rate_hz,
     )
-
-
-def recording_duration(replay: Replay) -> float:
-    """Length of the recording, s."""
-    return float(replay.time_s[-1])
 
 
 def _ranked(competition: Competition) -> list[Fit]:
@@ -232,7 +229,7 @@ def _ranked(competition: Competition) -> list[Fit]:
     return sorted(unique.values(), key=lambda one: one.judged)[:12]
 
 
-def _block(competition: Competition, replay: Replay) -> str | None:
+def _block(competition: Competition) -> str | None:
     """The block that the best effects act in, where none of them is named."""
     best: dict[str, float] = {}
     for one in competition.singles:

@@ -33,7 +33,12 @@ def cost(gap: FloatArray, rows: BoolArray) -> float:
     early is a spike in speed and voltage, with its mirror image a sample later; squared, such
     spikes hide how near a fit is and cut its valley into pieces. 0.85 for a perfect model.
     """
-    return float(np.mean(LOSS_SCALE**2 * np.log1p((gap[:, rows] / LOSS_SCALE) ** 2)))
+    return robust_mean_square(gap[:, rows])
+
+
+def robust_mean_square(values: FloatArray) -> float:
+    """Cauchy's mean square of differences in noise floors, see `cost`."""
+    return float(np.mean(LOSS_SCALE**2 * np.log1p((values / LOSS_SCALE) ** 2)))
 
 
 @dataclass(frozen=True)
@@ -65,9 +70,13 @@ class Coordinate:
         """
         return 0.02 if self.quantity.unit in ("1", "Hz") and self.logarithmic else 1.0
 
+    def of(self, value: float) -> float:
+        """Coordinate of a value."""
+        return math.log(max(value, 1e-300)) if self.logarithmic else value / self.scale
+
     def inward(self, value: float) -> float:
         """Coordinate of a value, kept a little off the bounds."""
-        raw = math.log(max(value, 1e-300)) if self.logarithmic else value / self.scale
+        raw = self.of(value)
         margin = 1e-6 * max(1.0, min(abs(self.low), abs(self.high)))
         return min(max(raw, self.low + margin), self.high - margin)
 

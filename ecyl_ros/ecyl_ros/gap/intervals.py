@@ -16,15 +16,15 @@ from .split import STRETCH_S
 FORM = 1e-3
 
 
-def covariance(fit: Fit, rows: BoolArray, time_s: FloatArray) -> tuple[FloatArray, int]:
-    """Covariance of the fit's coordinates, and how many stretches it rests on.
+def variances(fit: Fit, rows: BoolArray, time_s: FloatArray) -> tuple[FloatArray, int]:
+    """Variance of each of the fit's coordinates, and how many stretches it rests on.
 
     The sandwich estimator over stretches of the recording: within a stretch the residual may be
     correlated as it likes. Never less than what white noise at the floor would give.
     """
     jacobian = fit.jacobian
     if jacobian is None:
-        return np.zeros((0, 0)), 0
+        return np.zeros(0), 0
     size = jacobian.shape[1]
     signals = fit.gap.shape[0]
     residual = fit.gap[:, rows]
@@ -39,23 +39,22 @@ def covariance(fit: Fit, rows: BoolArray, time_s: FloatArray) -> tuple[FloatArra
     count = len(labels)
     correction = count / max(count - 1, 1)
     sandwich = inverse @ (correction * summed.T @ summed) @ inverse
-    variance = np.maximum(np.diag(sandwich), np.diag(inverse))
-    result: FloatArray = np.diag(variance)
-    return result, count
+    variance: FloatArray = np.maximum(np.diag(sandwich), np.diag(inverse))
+    return variance, count
 
 
 def intervals(
     fit: Fit, rows: BoolArray, time_s: FloatArray
 ) -> dict[tuple[str, str], tuple[float, float]]:
     """95 % interval of each fitted parameter: {(effect, parameter): (low, high)}."""
-    spread, count = covariance(fit, rows, time_s)
+    spread, count = variances(fit, rows, time_s)
     found = {}
     quantile = float(student.ppf(0.975, max(count - 1, 2)))
     for index, one in enumerate(fit.coordinates):
         value = fit.values[one.effect][one.quantity.name]
-        raw = math.log(max(value, 1e-300)) if one.logarithmic else value / one.scale
+        raw = one.of(value)
         form = FORM if one.logarithmic else FORM * abs(value) / one.scale
-        half = math.hypot(quantile * math.sqrt(max(float(spread[index, index]), 0.0)), form)
+        half = math.hypot(quantile * math.sqrt(max(float(spread[index]), 0.0)), form)
         low, high = one.outward(raw - min(half, 50.0)), one.outward(raw + min(half, 50.0))
         found[one.effect, one.quantity.name] = (
             max(min(low, high), one.quantity.low),

@@ -196,8 +196,7 @@ def _physics(replay: Replay) -> list[PortCheck]:
     smooth = Smoother(replay.time_s)
     motor = replay.drive.motor
     floors = {one.name: float(f) for one, f in zip(replay.signals, replay.floor, strict=True)}
-    still = np.convolve(np.ones(smooth.points), np.ones(1)) / smooth.points
-    average = float(np.sqrt(np.sum(still**2)))
+    average = 1.0 / math.sqrt(smooth.points)
     slope = math.sqrt(12.0 / (smooth.step**2 * smooth.points**3))
     found = []
     columns = replay.full({})
