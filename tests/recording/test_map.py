@@ -11,6 +11,7 @@ import pytest
 from ecyl_ros.errors import InputError
 from ecyl_ros.recording import SIGNALS
 from ecyl_ros.recording.map import MAPPED, load_map, map_yaml, parse_map
+from ecyl_ros.recording.signals import FOREIGN_SIGNALS
 from ecyl_ros.recording.units import UNITS, dimension_of, in_si
 
 FULL = """
@@ -67,11 +68,11 @@ def test_the_unit_of_an_effort_says_what_it_is(unit: str, field: str) -> None:
 def test_each_signal_can_be_mapped() -> None:
     """Every signal of a recording has a name in a map, that of its field without the unit."""
     targets = {field for fields in MAPPED.values() for field in fields.values()}
-    assert targets == set(SIGNALS)
+    assert targets == set(SIGNALS) | set(FOREIGN_SIGNALS)
     for name, fields in MAPPED.items():
         for dimension, field in fields.items():
-            assert name == "effort" or field.startswith(f"{name}_")
-            assert next(iter(UNITS[dimension])) == SIGNALS[field]
+            assert name in ("effort", "mode") or field.startswith(f"{name}_")
+            assert next(iter(UNITS[dimension])) == (SIGNALS | FOREIGN_SIGNALS)[field]
 
 
 def test_units_have_one_meaning() -> None:

@@ -35,8 +35,11 @@ from .units import UNITS, dimension_of, in_si, plain
 # of a signal without a unit. `effort` is what the motor is told to give or gives, whatever the
 # drive counts it in; its unit says which field that is.
 MAPPED: dict[str, dict[str, str]] = {
-    "reference_position": {"length": "reference_position_m"},
-    "reference_velocity": {"speed": "reference_velocity_m_per_s"},
+    "reference_position": {"length": "reference_position_m", "angle": "reference_position_rad"},
+    "reference_velocity": {
+        "speed": "reference_velocity_m_per_s",
+        "angular speed": "reference_velocity_rad_per_s",
+    },
     "rotor_position": {"angle": "rotor_position_rad"},
     "rotor_velocity": {"angular speed": "rotor_velocity_rad_per_s"},
     "rotor_torque": {"torque": "rotor_torque_nm"},
@@ -49,7 +52,13 @@ MAPPED: dict[str, dict[str, str]] = {
     "current_q": {"current": "current_q_a"},
     "voltage_d": {"voltage": "voltage_d_v"},
     "voltage_q": {"voltage": "voltage_q_v"},
-    "effort": {"torque": "rotor_torque_nm", "force": "rod_force_n", "current": "current_q_a"},
+    "mode": {"number": "mode"},
+    "effort": {
+        "torque": "rotor_torque_nm",
+        "force": "rod_force_n",
+        "current": "current_q_a",
+        "voltage": "voltage_q_v",
+    },
 }
 STAMPS = ("header", "bag")
 

@@ -31,6 +31,14 @@ SIGNALS: dict[str, str] = {
     "voltage_q_v": "V",
 }
 
+# What only recordings of other machines hold: no topic of ours carries it. A `mode` is a number
+# that says which state a drive was in (a flag, a gain set); what it counts is the drive's own.
+FOREIGN_SIGNALS: dict[str, str] = {
+    "reference_position_rad": "rad",
+    "reference_velocity_rad_per_s": "rad/s",
+    "mode": "1",
+}
+
 _NOT_GIVEN: Any = None  # becomes NaN throughout
 
 
@@ -52,6 +60,8 @@ class Recording:
         current_d_a, current_q_a: measured dq currents (power or amplitude invariance as the drive
             has it; the torque constant goes with it).
         voltage_d_v, voltage_q_v: commanded dq voltages.
+        reference_position_rad, reference_velocity_rad_per_s: what a rotary output was asked to do.
+        mode: which state the drive was in, as a number.
         notes: one line each on what is missing or was cut off when the recording was read.
 
     Raises:
@@ -73,6 +83,9 @@ class Recording:
     current_q_a: FloatArray = _NOT_GIVEN
     voltage_d_v: FloatArray = _NOT_GIVEN
     voltage_q_v: FloatArray = _NOT_GIVEN
+    reference_position_rad: FloatArray = _NOT_GIVEN
+    reference_velocity_rad_per_s: FloatArray = _NOT_GIVEN
+    mode: FloatArray = _NOT_GIVEN
     notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
@@ -83,7 +96,7 @@ class Recording:
         if np.any(stamps[1:] <= stamps[:-1]):
             raise ValueError("stamp_ns must increase strictly")
         self._freeze("stamp_ns", stamps)
-        for name in SIGNALS:
+        for name in (*SIGNALS, *FOREIGN_SIGNALS):
             given = getattr(self, name)
             if given is _NOT_GIVEN:
                 values = np.full(stamps.size, np.nan)
@@ -126,8 +139,8 @@ class Recording:
         return bool(np.isfinite(self.signal(name)).any())
 
     def signal(self, name: str) -> FloatArray:
-        """float64[n] by its name in `SIGNALS`; KeyError for another name."""
-        if name not in SIGNALS:
+        """float64[n] by its name in `SIGNALS` or `FOREIGN_SIGNALS`; KeyError for another name."""
+        if name not in SIGNALS and name not in FOREIGN_SIGNALS:
             raise KeyError(name)
         values: FloatArray = getattr(self, name)
         return values

@@ -36,6 +36,7 @@ UNITS: dict[str, dict[str, float]] = {
     },
     "current": {"A": 1.0, "mA": 1e-3},
     "voltage": {"V": 1.0, "mV": 1e-3},
+    "number": {"1": 1.0},
     "time": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0},
 }
 
