@@ -19,6 +19,7 @@ VERBS = {
     "analyse": "tracking figures, spectrum and IMFs of a recording",
     "replay": "publish a recording again with its own timing",
     "diagnose": "where the gap to a recording lies, what causes it, how far it shrinks",
+    "bench": "the paper's locked-output test: hysteresis loop, clearance, stiffness",
     "blind": "sealed drives diagnosed without their labels, then opened and scored",
 }
 
