@@ -30,6 +30,8 @@ setup(
         "mcap-ros2-support>=0.5",
         "rosbags>=0.10",
         "EMD-signal>=1.6",
+        "pandas>=2.0",
+        "argcomplete>=3.0",
         "matplotlib>=3.6",
         "pyyaml>=6.0",
         "rich>=13",

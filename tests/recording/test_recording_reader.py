@@ -255,8 +255,8 @@ def test_missing_paths_and_empty_folders_are_refused(tmp_path):
         ("rosbag2_bagfile_information: 3", "relative_file_paths"),
         ("{", "relative_file_paths"),
         (
-            "rosbag2_bagfile_information: {storage_identifier: sqlite3, relative_file_paths: []}",
-            "sqlite3",
+            "rosbag2_bagfile_information: {storage_identifier: tape, relative_file_paths: []}",
+            "expected mcap or sqlite3",
         ),
         (
             "rosbag2_bagfile_information: {storage_identifier: mcap, relative_file_paths: [x]}",

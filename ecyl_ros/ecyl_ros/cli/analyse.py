@@ -9,7 +9,18 @@ from pathlib import Path
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the verb's flags."""
-    parser.add_argument("bag", type=Path, metavar="BAG", help="MCAP file or rosbag2 folder")
+    parser.add_argument(
+        "bag",
+        type=Path,
+        metavar="BAG",
+        help="MCAP, sqlite3, CSV or MAT file, or rosbag2 folder",
+    )
+    parser.add_argument(
+        "--map",
+        type=Path,
+        metavar="M.yaml",
+        help="which field of a foreign recording is which signal (ecyl inspect proposes one)",
+    )
     parser.add_argument(
         "--skip", type=float, default=0.0, metavar="S", help="seconds to leave out at the start"
     )
@@ -29,9 +40,11 @@ def run(options: argparse.Namespace) -> int:
     from ..analysis.report import print_analysis, write_json
     from ..analysis.tracking import analyse
     from ..errors import InputError
-    from ..recording.reader import read_recording
+    from ..recording.load import load_recording
+    from ..recording.map import load_map
 
-    recording = read_recording(options.bag)
+    signal_map = None if options.map is None else load_map(options.map)
+    recording = load_recording(options.bag, signal_map)
     try:
         analysis = analyse(recording, options.skip, rotor_to_rod_m_per_rad=options.rotor_to_rod)
     except InputError as error:

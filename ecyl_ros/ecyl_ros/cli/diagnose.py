@@ -18,13 +18,22 @@ from .progress import progress_bar
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the verb's flags."""
     parser.add_argument(
-        "recording", type=Path, metavar="RECORDING", help="MCAP file or rosbag2 folder"
+        "recording",
+        type=Path,
+        metavar="RECORDING",
+        help="MCAP, sqlite3, CSV or MAT file, or rosbag2 folder",
     )
     parser.add_argument(
         "--drive",
         required=True,
         metavar="DRIVE.yaml",
         help="nominal model: a drive file, or a profile: paper, si, bench, servo_1khz",
+    )
+    parser.add_argument(
+        "--map",
+        type=Path,
+        metavar="M.yaml",
+        help="which field of a foreign recording is which signal (ecyl inspect proposes one)",
     )
     parser.add_argument("--json", type=Path, metavar="OUT", help="write the diagnosis as JSON")
     parser.add_argument(
@@ -42,12 +51,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Diagnose, write what was asked for, print the summary; 0 whatever the verdict."""
     from ..drive.drive_file import load_drive, resolve_drive
-    from ..recording.reader import read_recording
+    from ..recording.load import load_recording
+    from ..recording.map import load_map
 
     drive_file = resolve_drive(options.drive)
     _check_outputs(options, drive_file)
     drive = load_drive(drive_file)
-    recording = read_recording(options.recording)
+    signal_map = None if options.map is None else load_map(options.map)
+    recording = load_recording(options.recording, signal_map)
 
     from ..gap.diagnose import diagnose
     from ..gap.report.page import write_report
@@ -93,6 +104,8 @@ def _check_outputs(options: argparse.Namespace, drive_file: Path) -> None:
         "--write-drive": options.write_drive,
     }
     taken = {_place(options.recording): "RECORDING", _place(drive_file): "--drive"}
+    if options.map is not None:
+        taken[_place(options.map)] = "--map"
     for flag, path in outputs.items():
         if path is None:
             continue

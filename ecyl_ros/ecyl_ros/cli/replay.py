@@ -15,7 +15,9 @@ CLOCK = "/clock"
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the verb's flags, named as in `ros2 bag play` where that has them."""
-    parser.add_argument("bag", type=Path, metavar="BAG", help="MCAP file or rosbag2 folder")
+    parser.add_argument(
+        "bag", type=Path, metavar="BAG", help="MCAP or sqlite3 file, or rosbag2 folder"
+    )
     parser.add_argument("-r", "--rate", type=float, default=1.0, help="speed (default 1)")
     parser.add_argument("--topics", nargs="+", metavar="TOPIC", help="play these alone")
     parser.add_argument(

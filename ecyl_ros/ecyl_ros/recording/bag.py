@@ -1,7 +1,8 @@
-"""Raw messages of an MCAP file or a rosbag2 folder of them, also when the recording was cut off.
+"""Raw messages of a bag: MCAP and sqlite3, file or rosbag2 folder, also when it was cut off.
 
 The `mcap` package parses the records. Their framing is walked here, because its stream reader
-hands out what is left of a record at the end of a cut file as if it were whole.
+hands out what is left of a record at the end of a cut file as if it were whole. One record is
+held at a time. `rosbags` reads sqlite3.
 """
 
 from __future__ import annotations
@@ -9,11 +10,11 @@ from __future__ import annotations
 import re
 import struct
 import zlib
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Collection, Generator, Iterator
 from dataclasses import dataclass, field
 from io import BytesIO
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import yaml
 
@@ -23,8 +24,13 @@ MAGIC = b"\x89MCAP0\r\n"
 RECORD = struct.Struct("<BQ")  # opcode, length of what follows
 MESSAGE = struct.Struct("<HIQQ")  # channel, sequence, log time, publish time
 CHUNK = struct.Struct("<QQQI")  # first and last log time, uncompressed size, its CRC-32
+# Larger than any recorder's chunks (rosbag2: 0.8 MB): a record that claims more is damaged, and
+# unpacking it could take all memory.
+LARGEST_CHUNK = 2**29
 
 OP_FOOTER, OP_SCHEMA, OP_CHANNEL, OP_MESSAGE, OP_CHUNK, OP_STATISTICS = 2, 3, 4, 5, 6, 11
+READ = (OP_FOOTER, OP_SCHEMA, OP_CHANNEL, OP_MESSAGE, OP_CHUNK, OP_STATISTICS)
+SQLITE = ".db3"
 
 
 class CorruptError(ValueError):
@@ -39,6 +45,8 @@ class TopicMessages:
         name, type: topic name and message type, `package/msg/Type`.
         encoding: of the messages; `cdr` in ROS 2.
         qos: the QoS profiles that its publishers offered, as YAML text; may be empty.
+        definition: of the type, as the bag holds it; empty where it does not.
+        definition_encoding: `ros2msg` or `ros2idl`.
         log_time_ns: one per message.
         order: position of each message among all messages of the bag.
         data: serialised messages.
@@ -48,6 +56,8 @@ class TopicMessages:
     type: str
     encoding: str
     qos: str = ""
+    definition: str = ""
+    definition_encoding: str = ""
     log_time_ns: list[int] = field(default_factory=list)
     order: list[int] = field(default_factory=list)
     data: list[bytes] = field(default_factory=list)
@@ -68,10 +78,10 @@ class Bag:
 
 
 def read_bag(path: str | Path, *, topics: Collection[str] | None = None) -> Bag:
-    """Read an MCAP file, or all files of a rosbag2 folder in their order.
+    """Read a bag: an MCAP or sqlite3 file, or all files of a rosbag2 folder in their order.
 
     Args:
-        path: `*.mcap`, or a folder with MCAP files, with or without metadata.yaml.
+        path: `*.mcap`, `*.db3`, or a folder with such files, with or without metadata.yaml.
         topics: names of the topics to keep; all of them by default.
 
     Returns:
@@ -79,38 +89,53 @@ def read_bag(path: str | Path, *, topics: Collection[str] | None = None) -> Bag:
         early, wherever that is, gives all that is whole up to there, and a note.
 
     Raises:
-        InputError: no such file, not MCAP, damaged other than by being cut off, or a message
+        InputError: no such file, no bag, damaged other than by being cut off, or a message
             encoding or compression that cannot be read.
     """
     bag = Bag(Path(path))
     counter = 0
-    for file in _files(bag.path):
-        reader = _FileReader(file, bag, topics, counter)
-        try:
-            reader.read()
-        except CorruptError as error:
-            raise InputError(f"{file}: damaged: {error}") from None
+    for file in bag_files(bag.path):
+        if file.suffix == SQLITE:
+            counter = _take_sqlite(file, bag, topics, counter)
+            continue
+        reader = FileReader(file, bag, topics, counter)
+        for _ in reader.steps():
+            pass
         counter = reader.counter
     return bag
 
 
-def _files(path: Path) -> list[Path]:
+def _take_sqlite(file: Path, bag: Bag, topics: Collection[str] | None, counter: int) -> int:
+    from .sqlite import SqliteFile
+
+    with SqliteFile(file, bag) as source:
+        for topic, log_time, data in source.messages():
+            if topics is None or topic.name in topics:
+                topic.log_time_ns.append(log_time)
+                topic.order.append(counter)
+                topic.data.append(data)
+            counter += 1
+    return counter
+
+
+def bag_files(path: Path) -> list[Path]:
+    """The files of a bag in their order; see `read_bag` for what is raised."""
     if path.is_file():
         return [path]
     if not path.is_dir():
         raise InputError(
-            f"{path}: no such file or folder; expected an MCAP file or a rosbag2 folder"
+            f"{path}: no such file or folder; expected an MCAP or sqlite3 file or a rosbag2 folder"
         )
     metadata = path / "metadata.yaml"
     if metadata.is_file():
         return _listed(path, metadata)
     # A recorder that was killed leaves no metadata.yaml. Files are numbered: _2 before _10.
     found = sorted(
-        path.glob("*.mcap"),
+        [*path.glob("*.mcap"), *path.glob(f"*{SQLITE}")],
         key=lambda file: [int(w) if w.isdigit() else w for w in re.split(r"(\d+)", file.name)],
     )
     if not found:
-        raise InputError(f"{path}: no recording: expected *.mcap files in the folder")
+        raise InputError(f"{path}: no recording: expected *.mcap or *{SQLITE} files in the folder")
     return found
 
 
@@ -120,17 +145,25 @@ def _listed(path: Path, metadata: Path) -> list[Path]:
         storage = about["storage_identifier"]
         names = [Path(name).name for name in about["relative_file_paths"]]
         compression = about.get("compression_mode") or ""
-    except (yaml.YAMLError, UnicodeDecodeError, KeyError, TypeError, AttributeError):
+    except OSError as error:
+        raise InputError(f"{metadata}: cannot be read: {error.strerror}") from None
+    except (
+        yaml.YAMLError,
+        ValueError,  # of a date that is none, or text that is no UTF-8
+        RecursionError,
+        KeyError,
+        TypeError,
+        AttributeError,
+    ):
         raise InputError(
             f"{metadata}: expected rosbag2_bagfile_information with storage_identifier and "
             "relative_file_paths"
         ) from None
-    if storage != "mcap":
+    if storage not in ("mcap", "sqlite3"):
         raise InputError(
-            f"{metadata}: storage_identifier is {storage}, expected mcap (`ros2 bag convert` "
-            "makes one)"
+            f"{metadata}: storage_identifier is {str(storage)[:40]!r}, expected mcap or sqlite3"
         )
-    if compression.lower() not in ("", "none"):
+    if str(compression).lower() not in ("", "none"):
         raise InputError(
             f"{metadata}: compression_mode is {compression}, expected none (`ros2 bag convert` "
             "undoes it; compressed MCAP chunks are fine)"
@@ -140,63 +173,96 @@ def _listed(path: Path, metadata: Path) -> list[Path]:
         if not file.is_file():
             raise InputError(f"{metadata}: relative_file_paths names {file.name}, which is missing")
     if not files:
-        raise InputError(f"{metadata}: relative_file_paths is empty, expected MCAP files")
+        raise InputError(f"{metadata}: relative_file_paths is empty, expected the names of files")
     return files
 
 
-class _FileReader:
-    """Walks one file's records into a bag."""
+class FileReader:
+    """Walks one MCAP file's records into a bag.
 
-    def __init__(self, file: Path, bag: Bag, topics: Collection[str] | None, counter: int) -> None:
+    Args:
+        file: the file.
+        bag: where its topics, and in this class their messages too, are put.
+        topics: names of those wanted; all by default.
+        counter: messages before this file.
+    """
+
+    def __init__(
+        self, file: Path, bag: Bag, topics: Collection[str] | None = None, counter: int = 0
+    ) -> None:
         self.file = file
         self.bag = bag
         self.wanted = topics
         self.counter = counter
         self.first = counter
-        self.schemas: dict[int, tuple[str, str]] = {}
+        self.schemas: dict[int, tuple[str, str, str]] = {}
         self.channels: dict[int, tuple[TopicMessages, bool]] = {}
         self.finished = False
 
-    def read(self) -> None:
+    def steps(self) -> Iterator[None]:
+        """Read; yields after each record, so that what it held can be taken out.
+
+        Raises:
+            InputError: as `read_bag`.
+        """
         try:
-            data = self.file.read_bytes()
+            with self.file.open("rb") as stream:
+                yield from self._read(stream, self.file.stat().st_size)
         except OSError as error:
             raise InputError(f"{self.file}: cannot be read: {error.strerror}") from None
-        if not data:
+        except CorruptError as error:
+            raise InputError(f"{self.file}: damaged: {error}") from None
+
+    def _read(self, stream: BinaryIO, size: int) -> Iterator[None]:
+        if not size:
             raise InputError(f"{self.file}: is empty, expected an MCAP file")
-        if not data.startswith(MAGIC):
-            raise InputError(f"{self.file}: is no MCAP file (it starts with {data[:8].hex()})")
+        start = stream.read(len(MAGIC))
+        if start != MAGIC:
+            raise InputError(f"{self.file}: is no MCAP file (it starts with {start.hex()})")
+        stream.seek(max(size - len(MAGIC), 0))
         # A file that bears the end mark was finished: whatever does not add up in it is damage.
         # Without it the writer was stopped, and may have left anything behind its last flush.
-        if len(data) >= 2 * len(MAGIC) and data.endswith(MAGIC):
-            at = self._walk(data, len(data) - len(MAGIC))
+        if size >= 2 * len(MAGIC) and stream.read() == MAGIC:
+            at = yield from self._walk(stream, size - len(MAGIC))
             if not self.finished:
                 raise CorruptError(f"the record at byte {at} runs over the end of the file")
             return
         try:
-            at = self._walk(data, len(data))
-            if at + RECORD.size <= len(data) and data[at] == OP_CHUNK:
-                self._cut_chunk(memoryview(data)[at + RECORD.size :])
+            at = yield from self._walk(stream, size)
+            stream.seek(at)
+            header = stream.read(RECORD.size)
+            if len(header) == RECORD.size and header[0] == OP_CHUNK:
+                self._cut_chunk(memoryview(stream.read(LARGEST_CHUNK)))
             why = ""
         except CorruptError as error:
             why = f" ({error})"
         self.bag.notes += (
-            f"{self.file}: was cut off before its end, at byte {len(data)}: "
+            f"{self.file}: was cut off before its end, at byte {size}: "
             f"{self.counter - self.first} whole messages kept{why}",
         )
+        yield
 
-    def _walk(self, data: bytes, end: int) -> int:
+    def _walk(self, stream: BinaryIO, end: int) -> Generator[None, None, int]:
         """Take in the whole records before `end` or the footer; returns where the last one ends."""
-        view = memoryview(data)
         at = len(MAGIC)
         while at + RECORD.size <= end and not self.finished:
-            opcode, length = RECORD.unpack_from(data, at)
+            stream.seek(at)
+            opcode, length = RECORD.unpack(stream.read(RECORD.size))
             start = at + RECORD.size
             if start + length > end:
                 break
-            self._record(opcode, view[start : start + length], at)
+            # Indexes are not needed, and an attachment may be larger than memory.
+            if opcode in READ and self._needed(opcode, stream, length):
+                if length > 2 * LARGEST_CHUNK:
+                    raise CorruptError(f"the record at byte {at} has {length} bytes")
+                self._record(opcode, memoryview(stream.read(length)), at)
+                yield
             at = start + length
         return at
+
+    def _needed(self, opcode: int, stream: BinaryIO, length: int) -> bool:
+        """Whether to read the record that begins where the stream stands; leaves it there."""
+        return True
 
     def _record(self, opcode: int, body: memoryview, at: int) -> None:
         if opcode == OP_CHUNK:
@@ -205,21 +271,24 @@ class _FileReader:
             self._message(body, at)
         elif opcode == OP_SCHEMA:
             schema = _parsed("Schema", body, at)
-            self.schemas[schema.id] = (schema.name, schema.encoding)
+            text = schema.data.decode("utf-8", "replace")
+            self.schemas[schema.id] = (schema.name, text, schema.encoding)
         elif opcode == OP_CHANNEL:
             self._channel(_parsed("Channel", body, at), at)
         elif opcode == OP_STATISTICS:
-            counted = _parsed("Statistics", body, at).message_count
-            held = self.counter - self.first
-            if counted != held:
-                raise CorruptError(f"holds {held} messages where its statistics count {counted}")
+            self._check_count(_parsed("Statistics", body, at).message_count)
         elif opcode == OP_FOOTER:
             self.finished = True
+
+    def _check_count(self, counted: int) -> None:
+        held = self.counter - self.first
+        if counted != held:
+            raise CorruptError(f"holds {held} messages where its statistics count {counted}")
 
     def _channel(self, channel: Any, at: int) -> None:
         if channel.schema_id not in self.schemas:
             raise CorruptError(f"topic {channel.topic!r} at byte {at} has no schema")
-        name, _ = self.schemas[channel.schema_id]
+        name, definition, encoding = self.schemas[channel.schema_id]
         topic = self.bag.topics.get(channel.topic)
         if topic is None:
             topic = self.bag.topics[channel.topic] = TopicMessages(
@@ -227,6 +296,8 @@ class _FileReader:
                 type=name,
                 encoding=channel.message_encoding,
                 qos=channel.metadata.get("offered_qos_profiles", ""),
+                definition=definition,
+                definition_encoding=encoding,
             )
         elif (topic.type, topic.encoding) != (name, channel.message_encoding):
             raise InputError(
@@ -254,7 +325,9 @@ class _FileReader:
         size, crc, compression, packed = _chunk_parts(body)
         if packed is None:
             raise CorruptError(f"the chunk at byte {at} is shorter than it says")
-        data = _unpack(compression, bytes(packed), f"chunk at byte {at}")
+        if size > LARGEST_CHUNK:
+            raise CorruptError(f"the chunk at byte {at} claims {size} bytes")
+        data = _unpack(compression, packed, size, f"chunk at byte {at}")
         if len(data) != size or (crc and zlib.crc32(data) != crc):
             raise CorruptError(f"the chunk at byte {at} does not have its size or checksum")
         end = self._inner(data, at)
@@ -263,9 +336,10 @@ class _FileReader:
 
     def _cut_chunk(self, body: memoryview) -> None:
         """Of a chunk that the file's end cuts off: all messages that are whole in it."""
-        _, _, compression, packed = _chunk_parts(body, cut=True)
+        size, _, compression, packed = _chunk_parts(body, cut=True)
         if packed is not None:
-            self._inner(_unpack(compression, bytes(packed), "last chunk"), len(body))
+            size = min(size, LARGEST_CHUNK)
+            self._inner(_unpack(compression, packed, size, "last chunk"), len(body))
 
     def _inner(self, data: bytes, at: int) -> int:
         """Walk the records of a chunk; returns where the last whole one ends."""
@@ -313,34 +387,44 @@ def _chunk_parts(body: memoryview, *, cut: bool = False) -> tuple[int, int, str,
     return size, crc, compression, packed if cut or len(packed) == length else None
 
 
-def _unpack(compression: str, data: bytes, what: str) -> bytes:
-    """Decompress as far as the data goes: a cut stream gives its whole blocks."""
-    unpackers: dict[str, Callable[[bytes], bytes]] = {
-        "": lambda packed: packed,
+def _unpack(compression: str, data: memoryview, size: int, what: str) -> bytes:
+    """Decompress as far as the data goes: a cut stream gives its whole blocks.
+
+    Stops beyond `size` bytes, what the chunk says it holds, however much more there were.
+    """
+    unpackers: dict[str, Callable[[memoryview, int], bytes]] = {
+        "": lambda packed, _: bytes(packed),
         "zstd": _unpack_zstd,
         "lz4": _unpack_lz4,
     }
     if compression not in unpackers:
-        raise CorruptError(f"the {what} is compressed by {compression!r}, expected zstd or lz4")
+        raise CorruptError(
+            f"the {what} is compressed by {compression[:20]!r}, expected zstd or lz4"
+        )
     try:
-        return unpackers[compression](data)
+        return unpackers[compression](data, size + 1)
     except (ValueError, RuntimeError, MemoryError):
         raise CorruptError(f"the {what} does not decompress") from None
 
 
-def _unpack_zstd(data: bytes) -> bytes:
+def _unpack_zstd(data: memoryview, most: int) -> bytes:
     import zstandard
 
     try:
-        return zstandard.ZstdDecompressor().decompressobj().decompress(data)
+        with zstandard.ZstdDecompressor().stream_reader(data) as stream:
+            parts = []
+            while most > 0 and (part := stream.read(most)):
+                parts.append(part)
+                most -= len(part)
+            return parts[0] if len(parts) == 1 else b"".join(parts)
     except zstandard.ZstdError as error:
         raise ValueError(error) from None
 
 
-def _unpack_lz4(data: bytes) -> bytes:
+def _unpack_lz4(data: memoryview, most: int) -> bytes:
     import lz4.frame
 
-    return bytes(lz4.frame.LZ4FrameDecompressor().decompress(data))
+    return bytes(lz4.frame.LZ4FrameDecompressor().decompress(data, most))
 
 
 def in_time_order(bag: Bag) -> Iterator[tuple[int, str, bytes]]:

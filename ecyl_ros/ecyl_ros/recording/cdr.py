@@ -47,7 +47,7 @@ class Layout:
     joints: tuple[str, ...]
 
 
-class _Walker:
+class CdrWalker:
     """Reads primitives at increasing offsets, aligned as CDR has it."""
 
     def __init__(self, data: bytes) -> None:
@@ -86,7 +86,7 @@ class _Walker:
 
 def layout_of(message_type: str, data: bytes) -> Layout:
     """Walk one message. Raises CdrError where the bytes do not fit the type."""
-    walker = _Walker(data)
+    walker = CdrWalker(data)
     stamp = walker.take(4, 2)
     walker.string()  # frame_id
     values: dict[str, int] = {}

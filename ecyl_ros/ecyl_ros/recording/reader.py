@@ -15,6 +15,10 @@ from .signals import FloatArray, Recording, StampArray
 from .topics import JOINT_STATES, TOPICS, TopicSpec
 
 
+class StampError(InputError):
+    """Stamps that do not fit together as one sample's should; `mapped` can set that right."""
+
+
 @dataclass(frozen=True)
 class _Samples:
     """One topic's stamps and its signals by name."""
@@ -30,7 +34,7 @@ def read_recording(
     topics: Sequence[TopicSpec] = TOPICS,
     joint_names: Mapping[str, str] | None = None,
 ) -> Recording:
-    """Read a recording from an MCAP file or a rosbag2 folder of MCAP files.
+    """Read a recording of this project's topics from an MCAP or sqlite3 file, or a folder of them.
 
     The grid is that of the joint_states topic, or where that is missing, of all topics together.
     Other topics are joined to it by equal header stamps. `Recording.notes` says what was cut off,
@@ -90,7 +94,7 @@ def _samples(
     if wrong.size:
         row = int(wrong[0]) + 1
         how = "repeats" if stamps[row] == stamps[row - 1] else "goes back to"
-        raise InputError(
+        raise StampError(
             f"{where}: header.stamp of message {row} {how} {stamps[row]} ns, expected stamps "
             "that increase"
         )
@@ -121,7 +125,7 @@ def _on_grid(
     places = np.minimum(np.searchsorted(grid, stamps), grid.size - 1)
     common = grid[places] == stamps
     if not common.any():
-        raise InputError(
+        raise StampError(
             f"{where}: none of its {stamps.size} stamps occurs in joint_states; expected all "
             "topics of one sample to carry the same stamp"
         )

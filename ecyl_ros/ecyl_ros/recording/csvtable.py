@@ -1,0 +1,342 @@
+"""CSV of any make, some megabytes at a time: delimiter, decimal sign, header, lists found out."""
+
+from __future__ import annotations
+
+import csv
+import io
+import re
+from collections.abc import Collection, Iterator
+from pathlib import Path
+from typing import Any, BinaryIO
+
+import numpy as np
+
+from ..errors import InputError
+from .columns import Columns
+from .signals import FloatArray
+
+BLOCK_BYTES = 8 * 2**20
+_LONGEST_LINE = 2**20
+_MOST_COLUMNS = 4096
+_EXACT = 2**53  # whole numbers up to here are float64s
+_LISTED = 64  # entries of a cell that holds a list
+_DELIMITERS = ",;\t|"
+_COMMENTS = ("#", "%")
+_MISSING = ["", "nan", "NaN", "NAN", "NA", "N/A", "null", "None", "-", "--"]
+
+
+class CsvTable:
+    """A CSV file as columns of numbers.
+
+    The delimiter (comma, semicolon, tab, bar or blanks) is the one that the first line holds most
+    of; with a semicolon or tab a comma may be the decimal sign. Lines before the header that begin
+    with # or % are skipped. Without a header the columns are called column_1, column_2, ... A line
+    of units below the header is kept apart. A cell such as "[0.1, 0.2]" holds several columns,
+    `name[0]`, `name[1]`.
+
+    Args:
+        path: the file.
+        topic: what its columns are filed under.
+
+    Attributes:
+        names: of the columns, in order.
+        units: column -> unit, where the file has a line of them.
+        notes: one line each on what was left out; complete after reading.
+
+    Raises:
+        InputError: no such file, or no text with a line of columns.
+    """
+
+    def __init__(self, path: str | Path, topic: str = "") -> None:
+        self.path = Path(path)
+        self.topic = topic
+        self.notes: tuple[str, ...] = ()
+        try:
+            with self.path.open("rb") as file:
+                head = file.read(4 * _LONGEST_LINE)
+        except OSError as error:
+            raise InputError(f"{path}: cannot be read: {error.strerror}") from None
+        if not head.strip():
+            raise InputError(f"{path}: is empty, expected a header line and rows of numbers")
+        if head[:2] in (b"\xff\xfe", b"\xfe\xff"):
+            raise InputError(f"{path}: is UTF-16 text, expected UTF-8 (save it as such)")
+        if b"\0" in head:
+            raise InputError(f"{path}: is no CSV text: it holds bytes of zero")
+        self._encoding = "utf-8"
+        try:
+            head.decode("utf-8")
+        except UnicodeDecodeError as error:
+            if error.start < len(head) - 4:  # not just a letter cut in two by the limit
+                self._encoding = "latin-1"
+        self._find_header(head)
+
+    def _find_header(self, head: bytes) -> None:
+        at = 3 if head.startswith(b"\xef\xbb\xbf") else 0
+        line_number = 0
+        comment = ""
+        lines: list[tuple[int, int, str]] = []  # where each begins and ends, and its text
+        while at < len(head) and len(lines) < 3:
+            end = head.find(b"\n", at)
+            end = len(head) if end < 0 else end + 1
+            if end - at > _LONGEST_LINE:
+                raise InputError(
+                    f"{self.path}: line {line_number + 1} has more than {_LONGEST_LINE} bytes: "
+                    "no CSV text"
+                )
+            text = head[at:end].decode(self._encoding, "replace").strip()
+            if text and not (not lines and text.startswith(_COMMENTS)):
+                lines.append((at, line_number, text))
+            elif text:
+                comment = text
+            line_number += 1
+            at = end
+        if not lines:
+            raise InputError(f"{self.path}: holds nothing but comments, expected rows of numbers")
+        first = lines[0][2]
+        counts = {sign: _outside_quotes(first).count(sign) for sign in _DELIMITERS}
+        self.delimiter = max(counts, key=lambda sign: counts[sign])
+        if not counts[self.delimiter]:
+            self.delimiter = " " if len(first.split()) > 1 else ","
+        row = self._cells(first)
+        self._decimal = "."
+        numbers = lines[-1][2]
+        if self.delimiter in ";\t " and re.search(r"\d,\d", numbers) and "." not in numbers:
+            self._decimal = ","
+        self.units: dict[str, str] = {}
+        begins = 0
+        if all(self._is_value(cell) for cell in row):
+            told = self._cells(comment.lstrip("#% ")) if comment else []
+            self.names = told if len(told) == len(row) else []
+        else:
+            self.names = row
+            begins = 1
+            if len(lines) > 1:
+                second = self._cells(lines[1][2])
+                if (
+                    len(second) == len(row)
+                    and len(lines) > 2
+                    and not any(self._is_value(cell) for cell in second if cell)
+                    and any(self._is_value(cell) for cell in self._cells(lines[2][2]))
+                    and all(len(cell) <= 16 for cell in second)
+                ):
+                    named = zip(row, second, strict=True)
+                    self.units = {name: cell.strip("[]() ") for name, cell in named if cell}
+                    begins = 2
+        if not self.names:
+            self.names = [f"column_{i + 1}" for i in range(len(row))]
+        if len(self.names) > _MOST_COLUMNS:
+            raise InputError(
+                f"{self.path}: {len(self.names)} columns, expected {_MOST_COLUMNS} at most"
+            )
+        self.names = [name or f"column_{i + 1}" for i, name in enumerate(self.names)]
+        twice = [name for i, name in enumerate(self.names) if name in self.names[:i]]
+        if twice:
+            raise InputError(f"{self.path}: two columns are called {twice[0][:60]}")
+        self._start = lines[begins][0] if begins < len(lines) else len(head)
+        self._first_line = lines[begins][1] + 1 if begins < len(lines) else line_number + 1
+
+    def _cells(self, line: str) -> list[str]:
+        if self.delimiter == " ":
+            return line.split()
+        try:
+            rows = list(csv.reader([line], delimiter=self.delimiter, skipinitialspace=True))
+        except csv.Error as error:
+            raise InputError(f"{self.path}: is no CSV text: {error}") from None
+        return [cell.strip() for cell in rows[0]] if rows else []
+
+    def _is_value(self, cell: str) -> bool:
+        if cell in _MISSING or cell.startswith("["):
+            return True
+        try:
+            float(cell.replace(",", ".") if self.delimiter in ";\t " else cell)
+        except ValueError:
+            return False
+        return True
+
+    def columns(self, wanted: Collection[str] | None = None) -> Iterator[Columns]:
+        """Rows in order, some thousand at a time.
+
+        Args:
+            wanted: names of columns, or of entries of a column of lists (`positions[2]`). All
+                that hold numbers by default.
+
+        Raises:
+            InputError: a row of another length, or a cell of a wanted column that is no number.
+        """
+        places = self._places(wanted)
+        line = self._first_line
+        with self.path.open("rb") as file:
+            file.seek(self._start)
+            for block, last in _blocks(file, self.path):
+                yield self._block(block, places, wanted is not None, line, last)
+                line += block.count(b"\n")
+
+    def _places(self, wanted: Collection[str] | None) -> dict[int, list[str]]:
+        """Column number -> the names asked of it."""
+        if wanted is None:
+            return {i: [] for i in range(len(self.names))}
+        places: dict[int, list[str]] = {}
+        for name in wanted:
+            base = name
+            if base not in self.names:
+                base = re.sub(r"\[\d+\]$", "", name)
+            if base not in self.names:
+                known = ", ".join(self.names[:12])
+                raise InputError(f"{self.path}: no column {name[:60]}; found {known}")
+            places.setdefault(self.names.index(base), []).append(name)
+        return places
+
+    def _block(
+        self, block: bytes, places: dict[int, list[str]], strict: bool, line: int, last: bool
+    ) -> Columns:
+        import pandas
+
+        block = self._whole_rows(block, line, last)
+        values: dict[str, FloatArray] = {}
+        if not block.strip():
+            return Columns(self.topic, "CSV", None, None, values)
+        options: dict[str, Any] = (
+            {"sep": r"\s+"}
+            if self.delimiter == " "
+            else {"sep": self.delimiter, "skipinitialspace": True}
+        )
+        try:
+            table = pandas.read_csv(
+                io.BytesIO(block),
+                header=None,
+                names=range(len(self.names)),
+                usecols=sorted(places),
+                index_col=False,
+                decimal=self._decimal,
+                na_values=_MISSING,
+                keep_default_na=False,
+                encoding=self._encoding,
+                encoding_errors="replace",
+                low_memory=False,
+                **options,
+            )
+        except (pandas.errors.ParserError, ValueError, OverflowError) as error:
+            reason = " ".join(str(error).split())[:120]
+            raise InputError(f"{self.path}: from line {line}: is no CSV text: {reason}") from None
+        for place, asked in places.items():
+            self._column(table[place], self.names[place], asked, strict, line, values)
+        return Columns(self.topic, "CSV", None, None, values)
+
+    def _whole_rows(self, block: bytes, line: int, last: bool) -> bytes:
+        """The block, once all its rows have as many cells as there are columns."""
+        if self.delimiter == " ":
+            return block
+        sign = self.delimiter.encode()
+        expected = len(self.names)
+        # Cheap first: as many delimiters as so many lines should have.
+        if b'"' not in block and b"\n\n" not in block and b"\n\r\n" not in block:
+            lines = block.count(b"\n") + (not block.endswith(b"\n"))
+            if block.count(sign) == lines * (expected - 1):
+                return block
+        rows = block.splitlines(keepends=True)
+        for i, row in enumerate(rows):
+            text = row.decode(self._encoding, "replace").strip("\r\n")
+            cells = _outside_quotes(text).count(self.delimiter) + 1
+            if cells == expected or not text.strip():
+                continue
+            if last and i == len(rows) - 1 and not row.endswith(b"\n") and cells < expected:
+                self.notes += (f"{self.path}: the last line is cut off and left out",)
+                return b"".join(rows[:i])
+            raise InputError(f"{self.path}: line {line + i}: {cells} cells, expected {expected}")
+        return block
+
+    def _column(
+        self,
+        column: Any,
+        name: str,
+        asked: list[str],
+        strict: bool,
+        line: int,
+        values: dict[str, FloatArray],
+    ) -> None:
+        import pandas
+
+        if column.dtype.kind in "fiub":
+            if strict and asked != [name]:
+                raise InputError(f"{self.path}: column {name} holds numbers, no lists: {asked[0]}")
+            whole = column.to_numpy()
+            # Stamps in ns since 1970 have more digits than a float64.
+            exact = whole.dtype.kind == "i" and whole.size and int(np.abs(whole).max()) > _EXACT
+            values[name] = whole if exact else whole.astype(np.float64)
+            return
+        text = column.astype("string").str.strip()
+        listed = text.str.startswith("[", na=False)
+        if bool(listed.any()):
+            self._lists(text, listed, name, asked, strict, line, values)
+            return
+        numbers = pandas.to_numeric(text, errors="coerce")
+        bad = numbers.isna() & text.notna()
+        if bool(bad.any()):
+            if strict:
+                row = int(bad.to_numpy().argmax())
+                cell = str(text.iloc[row])[:40]
+                raise InputError(
+                    f"{self.path}: line {line + row}: {name} is {cell!r}, expected a number"
+                )
+            return
+        values[name] = numbers.to_numpy(dtype=np.float64, na_value=np.nan)
+
+    def _lists(
+        self,
+        text: Any,
+        listed: Any,
+        name: str,
+        asked: list[str],
+        strict: bool,
+        line: int,
+        values: dict[str, FloatArray],
+    ) -> None:
+        import pandas
+
+        wanted = [one for one in asked if one != name] if strict else None
+        if strict and not wanted:
+            raise InputError(f"{self.path}: column {name} holds lists, expected {name}[0] or so")
+        inside = text.where(listed).fillna("").str.strip("[] ")
+        sign = "," if inside.str.contains(",").any() else r"\s+"
+        parts = inside.str.split(sign, expand=True, regex=sign != ",")
+        for i in range(min(parts.shape[1], _LISTED)):
+            path = f"{name}[{i}]"
+            if wanted is not None and path not in wanted:
+                continue
+            cells = parts[i].str.strip()
+            numbers = pandas.to_numeric(cells, errors="coerce")
+            bad = numbers.isna() & cells.notna() & (cells != "")
+            if bool(bad.any()):
+                if not strict:
+                    continue
+                row = int(bad.to_numpy().argmax())
+                raise InputError(
+                    f"{self.path}: line {line + row}: {path} is {str(cells.iloc[row])[:40]!r}, "
+                    "expected a number"
+                )
+            values[path] = numbers.to_numpy(dtype=np.float64, na_value=np.nan)
+        missing = [path for path in wanted or () if path not in values]
+        if missing:
+            raise InputError(
+                f"{self.path}: from line {line}: no {missing[0]}: the lists hold "
+                f"{parts.shape[1]} numbers"
+            )
+
+
+def _outside_quotes(line: str) -> str:
+    return re.sub(r'"[^"]*"', "", line) if '"' in line else line
+
+
+def _blocks(file: BinaryIO, path: Path) -> Iterator[tuple[bytes, bool]]:
+    """Whole lines of about `BLOCK_BYTES`, and whether they are the last."""
+    rest = b""
+    while block := file.read(BLOCK_BYTES):
+        block = rest + block
+        end = block.rfind(b"\n") + 1
+        if len(block) - end > _LONGEST_LINE:
+            raise InputError(f"{path}: a line has more than {_LONGEST_LINE} bytes: no CSV text")
+        rest = block[end:]
+        if end:
+            yield block[:end], not rest and len(block) < BLOCK_BYTES
+    if rest:
+        yield rest, True

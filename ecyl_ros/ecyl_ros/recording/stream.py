@@ -1,0 +1,209 @@
+"""A bag's messages some megabytes at a time, framed by compiled code."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import BinaryIO
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .bag import (
+    CHUNK,
+    OP_CHANNEL,
+    OP_CHUNK,
+    OP_SCHEMA,
+    RECORD,
+    SQLITE,
+    Bag,
+    CorruptError,
+    FileReader,
+    TopicMessages,
+    bag_files,
+)
+from .signals import StampArray
+
+BATCH_BYTES = 8 * 2**20
+_BATCH_MESSAGES = 65_536
+
+
+@dataclass(frozen=True)
+class Batch:
+    """Some messages of one topic, in file order.
+
+    Attributes:
+        topic: name, type and definition; it holds no messages.
+        log_time_ns: int64[k].
+        data: uint8, in which message i has the bytes start[i] up to start[i] + length[i].
+        start, length: int64[k].
+    """
+
+    topic: TopicMessages
+    log_time_ns: StampArray
+    data: NDArray[np.uint8]
+    start: NDArray[np.int64]
+    length: NDArray[np.int64]
+
+    def message(self, index: int) -> bytes:
+        """One message's bytes."""
+        begin = int(self.start[index])
+        return self.data[begin : begin + int(self.length[index])].tobytes()
+
+
+class BagStream:
+    """Batches of a bag, file after file.
+
+    Args:
+        path: as `read_bag` takes it.
+        topics: names of those wanted; all by default.
+        start_ns, stop_ns: log times outside [start, stop) may be left out, by chunk.
+
+    Attributes:
+        bag: topics met and notes; complete at the end.
+
+    Raises:
+        InputError: as `read_bag`, while iterating.
+    """
+
+    def __init__(
+        self,
+        path: str | Path,
+        *,
+        topics: Collection[str] | None = None,
+        start_ns: int | None = None,
+        stop_ns: int | None = None,
+    ) -> None:
+        self.bag = Bag(Path(path))
+        self._topics = topics
+        self._window = (start_ns, stop_ns)
+
+    def __iter__(self) -> Iterator[Batch]:
+        from . import kernels  # noqa: F401  (numba is imported before a file is opened)
+
+        for file in bag_files(self.bag.path):
+            if file.suffix == SQLITE:
+                yield from self._sqlite(file)
+                continue
+            reader = _ChunkReader(file, self.bag, self._topics, self._window)
+            for _ in reader.steps():
+                if reader.pending_bytes >= BATCH_BYTES or reader.loose >= _BATCH_MESSAGES:
+                    yield from reader.taken()
+            yield from reader.taken()
+
+    def _sqlite(self, file: Path) -> Iterator[Batch]:
+        from .sqlite import SqliteFile
+
+        with SqliteFile(file, self.bag) as source:
+            held: dict[str, tuple[TopicMessages, list[int], list[bytes]]] = {}
+            size = count = 0
+            for topic, log_time, data in source.messages(*self._window):
+                if self._topics is not None and topic.name not in self._topics:
+                    continue
+                if topic.name not in held:
+                    held[topic.name] = (topic, [], [])
+                _, times, messages = held[topic.name]
+                times.append(log_time)
+                messages.append(data)
+                size += len(data)
+                count += 1
+                if size >= BATCH_BYTES or count >= 4 * _BATCH_MESSAGES:
+                    yield from (joined(*one) for one in held.values())
+                    held.clear()
+                    size = count = 0
+            yield from (joined(*one) for one in held.values())
+
+
+def joined(topic: TopicMessages, times: list[int], messages: list[bytes]) -> Batch:
+    """A batch of single messages."""
+    lengths = np.fromiter(map(len, messages), dtype=np.int64, count=len(messages))
+    return Batch(
+        topic,
+        np.array(times, dtype=np.int64),
+        np.frombuffer(b"".join(messages), dtype=np.uint8),
+        np.cumsum(lengths) - lengths,
+        lengths,
+    )
+
+
+class _ChunkReader(FileReader):
+    """Frames whole chunks at once and keeps them until they are taken."""
+
+    def __init__(
+        self,
+        file: Path,
+        bag: Bag,
+        topics: Collection[str] | None,
+        window: tuple[int | None, int | None],
+    ) -> None:
+        super().__init__(file, bag, topics)
+        self.window = window
+        self.chunks: list[bytes] = []
+        self.frames: list[NDArray[np.int64]] = []  # channel, log time, start, length
+        self.pending_bytes = 0
+        self.loose = 0  # messages outside chunks
+
+    def _needed(self, opcode: int, stream: BinaryIO, length: int) -> bool:
+        start, stop = self.window
+        if opcode != OP_CHUNK or (start is None and stop is None) or length < CHUNK.size:
+            return True
+        at = stream.tell()
+        first, last, _, _ = CHUNK.unpack(stream.read(CHUNK.size))
+        stream.seek(at)
+        return (start is None or last >= start) and (stop is None or first < stop)
+
+    def _check_count(self, counted: int) -> None:
+        if self.window == (None, None):
+            super()._check_count(counted)
+
+    def _message(self, body: memoryview, at: int) -> None:
+        # Outside chunks, as a chunk of its own.
+        self._inner(RECORD.pack(5, len(body)) + bytes(body), at)
+        self.loose += 1
+
+    def _inner(self, data: bytes, at: int) -> int:
+        from .kernels import framed
+
+        channels, times, starts, lengths, others, end = framed(data)
+        view = memoryview(data)
+        for place in others.tolist():
+            opcode, length = RECORD.unpack_from(data, place)
+            if opcode in (OP_SCHEMA, OP_CHANNEL):
+                begin = place + RECORD.size
+                self._record(opcode, view[begin : begin + length], at)
+        if channels.size:
+            if (lengths < 0).any():
+                raise CorruptError(f"a message at byte {at} is shorter than its own header")
+            if (times < 0).any():
+                raise CorruptError(f"a message at byte {at} has a log time beyond 2**63 ns")
+            strangers = set(np.unique(channels).tolist()) - set(self.channels)
+            if strangers:
+                raise CorruptError(f"a message at byte {at} belongs to no channel")
+            self.chunks.append(data)
+            self.frames.append(np.array((channels, times, starts + self.pending_bytes, lengths)))
+            self.pending_bytes += len(data)
+            self.counter += int(channels.size)
+        return end
+
+    def taken(self) -> list[Batch]:
+        """What has been read since the last call, one batch per topic."""
+        if not self.chunks:
+            return []
+        data = np.frombuffer(
+            self.chunks[0] if len(self.chunks) == 1 else b"".join(self.chunks), dtype=np.uint8
+        )
+        channels, times, starts, lengths = np.concatenate(self.frames, axis=1)
+        self.chunks.clear()
+        self.frames.clear()
+        self.pending_bytes = self.loose = 0
+        # Several channels of one topic (one per publisher) stay in file order.
+        names = {key: topic.name for key, (topic, wanted) in self.channels.items() if wanted}
+        batches = []
+        for name in dict.fromkeys(names.values()):
+            keys = [key for key, own in names.items() if own == name]
+            rows = np.flatnonzero(np.isin(channels, keys) if len(keys) > 1 else channels == keys[0])
+            if rows.size:
+                topic = self.channels[keys[0]][0]
+                batches.append(Batch(topic, times[rows], data, starts[rows], lengths[rows]))
+        return batches
