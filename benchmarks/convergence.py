@@ -16,7 +16,7 @@ from ecyl_ros.drive.drive_file import load_drive
 from ecyl_ros.drive.engine import Simulation, simulate
 from ecyl_ros.drive.packed import choose_substeps, pack
 from ecyl_ros.drive.parameters import DriveParameters
-from ecyl_ros.drive.plant import plant_step
+from ecyl_ros.drive.plant import initial_state, plant_step
 from ecyl_ros.drive.reference.sine import Sine
 
 sys.path.insert(0, str(ROOT))  # the exact solution is part of the tests
@@ -74,7 +74,8 @@ def stepped(case: Case, steps: int) -> np.ndarray:
     """The compiled plant's state at the end, in `steps` steps."""
     params = pack(case.drive(), substeps=steps)
     params["pole_pairs"] = 0.0  # no cross-coupling: the exact solution needs a linear plant
-    state = np.array([*case.start[:4], 0.0, case.start[4]])
+    state = initial_state()
+    state[[0, 1, 2, 3, 5]] = case.start
     plant_step(state, 0.0, VOLTAGE_V, params)
     return state[[0, 1, 2, 3, 5]]
 

@@ -36,12 +36,12 @@ def drive():
 
 def test_one_tick_by_hand(drive) -> None:
     """From rest, u_q is the product of proportional gains; the integrals take one tick's error."""
-    state = initial_cascade_state()
+    state = initial_cascade_state(pack(drive))
     error = 1e-4 / drive.transmission.rod_per_rotor
     speed, current = 40.0 * error, 0.8 * 40.0 * error
     _, u_q = _step(drive, state, reference=1e-4)
     assert u_q == pytest.approx(7.0 * current, rel=1e-12)
-    assert state[:3] == pytest.approx([error / 1e4, speed / 1e4, current / 1e4], rel=1e-12)
+    assert state[0] == pytest.approx([error / 1e4, speed / 1e4, current / 1e4], rel=1e-12)
     _, u_q = _step(drive, state, reference=1e-4)
     speed2 = 40.0 * error + 5.0 * error / 1e4
     current2 = 0.8 * speed2 + 24.0 * speed / 1e4
@@ -59,7 +59,7 @@ def test_series_form_multiplies_the_gains(drive) -> None:
             for gains in [getattr(drive.controller, loop)]
         },
     )
-    states = initial_cascade_state(), initial_cascade_state()
+    states = initial_cascade_state(pack(drive)), initial_cascade_state(pack(drive))
     for tick in range(20):
         reference = 1e-5 * math.sin(tick)
         one = _step(series, states[0], reference, rotor_velocity_rad_per_s=0.01 * tick)
@@ -79,11 +79,11 @@ def test_an_integral_holds_while_its_limit_acts(drive, limits: dict, held: int) 
     """In saturation the loop's own integral stands still and the output is the limit."""
     limited = _with(drive, **limits)
     for sign in (1.0, -1.0):
-        state = initial_cascade_state()
+        state = initial_cascade_state(pack(drive))
         for _ in range(50):
             voltage = _step(limited, state, reference=sign * 1e-3)
-        assert state[held] == 0.0
-        assert np.all(np.delete(state[:3], held) * sign > 0.0)
+        assert state[0][held] == 0.0
+        assert np.all(np.delete(state[0], held) * sign > 0.0)
         if held == 2:
             assert voltage[1] == sign * 2.0
 
@@ -92,8 +92,12 @@ def test_position_feedback_from_rotor_or_rod(drive) -> None:
     """The position error is taken from the encoder or, with feedback rod, from the scale."""
     rod = _with(drive, feedback="rod")
     factor = drive.transmission.rod_per_rotor
-    one = _step(drive, initial_cascade_state(), rotor_position_rad=0.3, rod_position_m=9.0)
-    other = _step(rod, initial_cascade_state(), rotor_position_rad=9.0, rod_position_m=0.3 * factor)
+    one = _step(
+        drive, initial_cascade_state(pack(drive)), rotor_position_rad=0.3, rod_position_m=9.0
+    )
+    other = _step(
+        rod, initial_cascade_state(pack(drive)), rotor_position_rad=9.0, rod_position_m=0.3 * factor
+    )
     assert one == pytest.approx(other, rel=1e-12)
     assert one[1] < 0.0
 
@@ -103,7 +107,7 @@ def test_feedforward_adds_the_reference_velocity(drive) -> None:
     forward = _with(drive, velocity_feedforward=1.0)
     speed = 0.01 / drive.transmission.rod_per_rotor
     u_d, u_q = _step(
-        forward, initial_cascade_state(), velocity=0.01, rotor_velocity_rad_per_s=speed
+        forward, initial_cascade_state(pack(drive)), velocity=0.01, rotor_velocity_rad_per_s=speed
     )
     assert u_q == pytest.approx(0.0, abs=1e-12)
     assert u_d == 0.0

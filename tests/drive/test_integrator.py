@@ -9,7 +9,7 @@ import pytest
 
 from ecyl_ros.drive.drive_file import load_drive
 from ecyl_ros.drive.packed import pack
-from ecyl_ros.drive.plant import plant_step
+from ecyl_ros.drive.plant import initial_state, plant_step
 
 from .exact_solution import ExactPlant
 
@@ -29,7 +29,8 @@ def _drive(damping: float, stiffness: tuple[float, ...], breaks: tuple[float, ..
 def _stepped(drive, u_q: float, substeps: int, start: np.ndarray = START) -> np.ndarray:
     params = pack(drive, substeps=substeps)
     params["pole_pairs"] = 0.0  # no cross-coupling: the exact solution needs a linear plant
-    state = np.array([*start[:4], 0.0, start[4]])
+    state = initial_state()
+    state[[0, 1, 2, 3, 5]] = start
     plant_step(state, 0.0, u_q, params)
     return state[[0, 1, 2, 3, 5]]
 

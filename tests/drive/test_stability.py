@@ -84,19 +84,20 @@ def test_refusal_names_the_smallest_rate() -> None:
 
 def test_linearisation_matches_the_compiled_loop() -> None:
     """One tick of the compiled loop near rest moves as the matrix says, in contact and free."""
-    from ecyl_ros.drive.cascade import cascade_step
+    from ecyl_ros.drive.cascade import cascade_step, initial_cascade_state
     from ecyl_ros.drive.packed import pack
-    from ecyl_ros.drive.plant import MEASURED, measure, plant_step
+    from ecyl_ros.drive.plant import MEASURED, initial_state, measure, plant_step
 
     drive = load_drive("bench")
     drive = dataclasses.replace(drive, sensors=type(drive.sensors)())
     p = pack(drive, substeps=50)
     half = drive.transmission.backlash / 2
     for stiffness, twist, keep in ((6498.0, half + 1e-4, [0, 1, 2, 3, 5]), (0.0, 0.0, [0, 1, 5])):
-        base = np.array([twist, 0.1, 0.0, 0.1, 0.0, 0.2])
+        base = initial_state()
+        base[[0, 1, 3, 5]] = twist, 0.1, 0.1, 0.2
 
         def tick(plant: np.ndarray, cascade: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-            plant, cascade = plant.copy(), cascade.copy()
+            plant, cascade = plant.copy(), (cascade[0].copy(), None)
             measured, voltage = np.zeros(len(MEASURED)), np.zeros(2)
             measure(plant, 0, p, measured)
             cascade_step(cascade, 0.0, 0.0, measured, p, voltage)
@@ -109,12 +110,12 @@ def test_linearisation_matches_the_compiled_loop() -> None:
         for column in range(states + 3):
             ends = []
             for sign in (1.0, -1.0):
-                plant, cascade = base.copy(), np.zeros(3)
+                plant, cascade = base.copy(), initial_cascade_state(p)
                 if column < states:
                     plant[keep[column]] += sign * 1e-7
                 else:
-                    cascade[column - states] += sign * 1e-7
+                    cascade[0][column - states] += sign * 1e-7
                 after, integrals = tick(plant, cascade)
-                ends.append(np.concatenate([after[keep], integrals]))
+                ends.append(np.concatenate([after[keep], integrals[0]]))
             measured_matrix[:, column] = (ends[0] - ends[1]) / 2e-7
         np.testing.assert_allclose(measured_matrix, matrix, rtol=1e-4, atol=1e-3)

@@ -1,8 +1,9 @@
 """The servo cascade: position, speed and current PI loops sampled in one control tick.
 
 Integrals advance after use (forward Euler) and hold while the loop's own limit acts, which is the
-anti-windup. State vector (float64[CASCADE_STATE_SIZE]): integral of position error rad s, of speed
-error rad, of current error A s; then, for a delayed measurement, what was measured before.
+anti-windup. The state is a pair: float64[3], integral of position error rad s, of speed error rad,
+of current error A s; and, for a delayed measurement, what was measured before, else None, for which
+the compiler drops the delay.
 """
 
 from __future__ import annotations
@@ -14,12 +15,7 @@ import numpy as np
 from .compiled import kernel
 from .interpolation import interpolate_reference
 
-# Behind the integrals: how many measurements are held, and the latest positions and speeds.
-MAX_MEASUREMENT_DELAY_TICKS = 510
-_HELD = 3
-_HISTORY = 4
-_KEPT = MAX_MEASUREMENT_DELAY_TICKS + 2
-CASCADE_STATE_SIZE = _HISTORY + 2 * _KEPT
+CascadeState = tuple[np.ndarray, np.ndarray | None]
 
 
 @kernel
@@ -34,24 +30,28 @@ def _pi(error, integral, kp, ki, feedforward, limit, tick):
 
 
 @kernel
-def _delayed(state, position, speed, p):
-    """Position and speed `p.measurement_delay` ticks ago; before the first, the first."""
-    whole = math.floor(p.measurement_delay)
+def _delayed(history, position, speed, p):
+    """Position and speed `p.measurement_delay` ticks ago; before the first, the first.
+
+    history: float64[ticks + 2, 2], the newest first, NaN where nothing was measured yet; None
+    without a delay.
+    """
+    if history is None:
+        return position, speed
+    whole = history.shape[0] - 2
     part = p.measurement_delay - whole
-    if state[_HELD] == 0.0:  # first tick: as if at rest here for long
+    if math.isnan(history[0, 0]):  # first tick: as if at rest here for long
         for slot in range(whole + 2):
-            state[_HISTORY + 2 * slot] = position
-            state[_HISTORY + 2 * slot + 1] = speed
-        state[_HELD] = 1.0
+            history[slot, 0] = position
+            history[slot, 1] = speed
     for slot in range(whole + 1, 0, -1):
-        state[_HISTORY + 2 * slot] = state[_HISTORY + 2 * slot - 2]
-        state[_HISTORY + 2 * slot + 1] = state[_HISTORY + 2 * slot - 1]
-    state[_HISTORY] = position
-    state[_HISTORY + 1] = speed
-    late, later = _HISTORY + 2 * whole, _HISTORY + 2 * whole + 2
+        history[slot, 0] = history[slot - 1, 0]
+        history[slot, 1] = history[slot - 1, 1]
+    history[0, 0] = position
+    history[0, 1] = speed
     return (
-        (1.0 - part) * state[late] + part * state[later],
-        (1.0 - part) * state[late + 1] + part * state[later + 1],
+        (1.0 - part) * history[whole, 0] + part * history[whole + 1, 0],
+        (1.0 - part) * history[whole, 1] + part * history[whole + 1, 1],
     )
 
 
@@ -59,25 +59,27 @@ def _delayed(state, position, speed, p):
 def cascade_step(state, reference, reference_velocity, measured, params, voltage):
     """One tick of the cascade: fills `voltage` (float64[2]: u_d, u_q in V).
 
-    reference, reference_velocity: rod position m and its rate m/s wanted at this tick.
+    state: see `initial_cascade_state`. reference, reference_velocity: rod position m and its rate
+    m/s wanted at this tick.
     measured: float64[>= 6] in the order of `plant.MEASURED`.
     """
     p = params[0]
     ratio = p.believed_rod_per_rotor
     position = measured[2] / ratio if p.feedback_rod else measured[0]
     rotor_speed = measured[1]
-    if p.measurement_delay > 0.0:
-        position, rotor_speed = _delayed(state, position, rotor_speed, p)
+    integrals, history = state
+    position, rotor_speed = _delayed(history, position, rotor_speed, p)
     error = reference / ratio - position
     feedforward = p.velocity_feedforward * reference_velocity / ratio
-    speed, state[0] = _pi(
-        error, state[0], p.position_kp, p.position_ki, feedforward, p.speed_limit, p.tick
+    speed, integrals[0] = _pi(
+        error, integrals[0], p.position_kp, p.position_ki, feedforward, p.speed_limit, p.tick
     )
-    current, state[1] = _pi(
-        speed - rotor_speed, state[1], p.speed_kp, p.speed_ki, 0.0, p.current_limit, p.tick
+    current, integrals[1] = _pi(
+        speed - rotor_speed, integrals[1], p.speed_kp, p.speed_ki, 0.0, p.current_limit, p.tick
     )
-    u_q, state[2] = _pi(
-        current - measured[5], state[2], p.current_kp, p.current_ki, 0.0, p.voltage_limit, p.tick
+    error = current - measured[5]
+    u_q, integrals[2] = _pi(
+        error, integrals[2], p.current_kp, p.current_ki, 0.0, p.voltage_limit, p.tick
     )
     # Equation (3): with i_d = 0 the d axis needs only the decoupling voltage.
     u_d = -p.pole_pairs * measured[1] * p.believed_inductance * measured[5]
@@ -96,6 +98,8 @@ def cascade_tick(state, before, after, phase, every, measured, params, wanted, v
     cascade_step(state, wanted[0], wanted[1], measured, params, voltage)
 
 
-def initial_cascade_state() -> np.ndarray:
+def initial_cascade_state(params: np.ndarray) -> CascadeState:
     """Cascade state with all integrals at zero and nothing measured before."""
-    return np.zeros(CASCADE_STATE_SIZE)
+    delay = float(params["measurement_delay"][0])
+    history = np.full((math.floor(delay) + 2, 2), math.nan) if delay > 0.0 else None
+    return np.zeros(3), history

@@ -122,7 +122,7 @@ def simulate(
     plant = initial_state() if initial is None else np.array(initial, dtype=np.float64)
     if plant.shape != (STATE_SIZE,):
         raise ValueError(f"initial state has shape {plant.shape}, expected ({STATE_SIZE},)")
-    cascade = initial_cascade_state()
+    cascade = initial_cascade_state(params)
     pending = voltage_queue(params)
     scratch = np.zeros(len(MEASURED))
     block = max(1, ticks if progress is None else ticks // 100)

@@ -13,7 +13,7 @@ import math
 import numpy as np
 
 from ..effects.catalogue import CATALOGUE, MODULES
-from ..effects.ports import ARGUMENTS, AT_PORTS
+from ..effects.ports import ARGUMENTS, AT_PORTS, IN_PLANT
 from .friction import BREAKAWAY_RAD, BRISTLE_DAMPING_S
 from .parameters import DriveParameters
 
@@ -69,6 +69,7 @@ PACKED = np.dtype(
         ("load_bristle_damping", "f8"),
         # Whether any effect acts at a port: the others cost nothing.
         *((f"acts_at_{port}", "i8") for port in ARGUMENTS),
+        ("acts_in_plant", "i8"),  # at any of IN_PLANT
         *(
             (effect.field_name(parameter.name), "f8")
             for effect in CATALOGUE.values()
@@ -187,3 +188,5 @@ def _put_effects(record: np.ndarray, drive: DriveParameters) -> None:
         for port in ARGUMENTS:
             if hasattr(module, port):
                 record[f"acts_at_{port}"] = 1
+                if port in IN_PLANT:
+                    record["acts_in_plant"] = 1

@@ -6,6 +6,9 @@ the count of ticks since the start, which only effects look at. Between contacts
 smooth and a classical fourth-order Runge-Kutta step is used; where a flank meets or leaves, or a
 stiffness segment ends, within a step, the instant is located by bisection and the step is split
 there, so that the order survives contact.
+
+`faults` is None or True: the compiler drops what stands under `if faults is not None` for None, so
+that a drive without effects at the plant's ports runs without them.
 """
 
 from __future__ import annotations
@@ -41,25 +44,28 @@ _MAX_EVENTS = 64  # per sub-step; beyond it contact is a blur at this step and i
 
 
 @kernel
-def _derivative(y, u_d, u_q, mode, into, time, p):
+def _derivative(y, u_d, u_q, mode, into, time, faults, p):
     """Slopes of the six smooth states, `into` s into a step that began at `time` s."""
     twist_torque = mode_torque(y[0] - y[2], y[1] - y[3], mode, p)
     rotor = rotor_torque(y[5], y[1], p)
-    if p.acts_at_rotor_torque:
-        rotor += ports.rotor_torque(p, y[0], y[1], y[5])
-    if p.acts_at_rotor_friction:
-        level = ports.rotor_friction(p, y[1], twist_torque, time + into)
-        rotor -= friction_torque(
-            y[6], y[1], into, level, p.rotor_breakaway, p.rotor_bristle_damping
-        )
     load = -p.load_viscous * y[3]
-    if p.acts_at_load_torque:
-        load += ports.load_torque(p, time + into, y[2], y[3])
-    if p.acts_at_load_friction:
-        level = ports.load_friction(p, y[3], twist_torque, y[2], time + into)
-        load -= friction_torque(y[7], y[3], into, level, p.load_breakaway, p.load_bristle_damping)
-    if p.acts_at_inverter_voltage:
-        u_q += ports.inverter_voltage(p, y[5], u_q)
+    if faults is not None:
+        if p.acts_at_rotor_torque:
+            rotor += ports.rotor_torque(p, y[0], y[1], y[5])
+        if p.acts_at_rotor_friction:
+            level = ports.rotor_friction(p, y[1], twist_torque, time + into)
+            rotor -= friction_torque(
+                y[6], y[1], into, level, p.rotor_breakaway, p.rotor_bristle_damping
+            )
+        if p.acts_at_load_torque:
+            load += ports.load_torque(p, time + into, y[2], y[3])
+        if p.acts_at_load_friction:
+            level = ports.load_friction(p, y[3], twist_torque, y[2], time + into)
+            load -= friction_torque(
+                y[7], y[3], into, level, p.load_breakaway, p.load_bristle_damping
+            )
+        if p.acts_at_inverter_voltage:
+            u_q += ports.inverter_voltage(p, y[5], u_q)
     slope_d, slope_q = current_derivatives(y[4], y[5], y[1], u_d, u_q, p)
     return (
         y[1],
@@ -86,21 +92,22 @@ def _shifted(y, step, slope):
 
 
 @kernel
-def _runge_kutta(y, u_d, u_q, mode, step, time, p):
+def _runge_kutta(y, u_d, u_q, mode, step, time, faults, p):
     half = 0.5 * step
-    k1 = _derivative(y, u_d, u_q, mode, 0.0, time, p)
-    k2 = _derivative(_shifted(y, half, k1), u_d, u_q, mode, half, time, p)
-    k3 = _derivative(_shifted(y, half, k2), u_d, u_q, mode, half, time, p)
-    k4 = _derivative(_shifted(y, step, k3), u_d, u_q, mode, step, time, p)
+    k1 = _derivative(y, u_d, u_q, mode, 0.0, time, faults, p)
+    k2 = _derivative(_shifted(y, half, k1), u_d, u_q, mode, half, time, faults, p)
+    k3 = _derivative(_shifted(y, half, k2), u_d, u_q, mode, half, time, faults, p)
+    k4 = _derivative(_shifted(y, step, k3), u_d, u_q, mode, step, time, faults, p)
     sixth = step / 6.0
     rotor = y[0] + sixth * (k1[0] + 2.0 * (k2[0] + k3[0]) + k4[0])
     load = y[2] + sixth * (k1[2] + 2.0 * (k2[2] + k3[2]) + k4[2])
     # The bristles follow the way that was gone in the step.
     rotor_bristle, load_bristle = y[6], y[7]
-    if p.acts_at_rotor_friction and step > 0.0:
-        rotor_bristle = deflected(y[6], (rotor - y[0]) / step, step, p.rotor_breakaway)
-    if p.acts_at_load_friction and step > 0.0:
-        load_bristle = deflected(y[7], (load - y[2]) / step, step, p.load_breakaway)
+    if faults is not None:
+        if p.acts_at_rotor_friction and step > 0.0:
+            rotor_bristle = deflected(y[6], (rotor - y[0]) / step, step, p.rotor_breakaway)
+        if p.acts_at_load_friction and step > 0.0:
+            load_bristle = deflected(y[7], (load - y[2]) / step, step, p.load_breakaway)
     return (
         rotor,
         y[1] + sixth * (k1[1] + 2.0 * (k2[1] + k3[1]) + k4[1]),
@@ -119,28 +126,28 @@ def _mode_of(y, p):
 
 
 @kernel
-def _substep(y, u_d, u_q, step, time, p):
+def _substep(y, u_d, u_q, step, time, faults, p):
     remaining = step
     for _ in range(_MAX_EVENTS):
         mode = _mode_of(y, p)
         now = time + (step - remaining)
-        after = _runge_kutta(y, u_d, u_q, mode, remaining, now, p)
+        after = _runge_kutta(y, u_d, u_q, mode, remaining, now, faults, p)
         if _mode_of(after, p) == mode:
             return after
         # The mode changes on the way: bisect for the first instant at which it has changed.
         early, late = 0.0, remaining
         for _ in range(_BISECTIONS):
             middle = 0.5 * (early + late)
-            if _mode_of(_runge_kutta(y, u_d, u_q, mode, middle, now, p), p) == mode:
+            if _mode_of(_runge_kutta(y, u_d, u_q, mode, middle, now, faults, p), p) == mode:
                 early = middle
             else:
                 late = middle
-        y = _runge_kutta(y, u_d, u_q, mode, late, now, p)
+        y = _runge_kutta(y, u_d, u_q, mode, late, now, faults, p)
         remaining -= late
         if remaining <= 0.0:
             return y
     now = time + (step - remaining)
-    return _runge_kutta(y, u_d, u_q, _mode_of(y, p), remaining, now, p)
+    return _runge_kutta(y, u_d, u_q, _mode_of(y, p), remaining, now, faults, p)
 
 
 @kernel
@@ -153,8 +160,13 @@ def _advance(state, u_d, u_q, share, params):
         steps = math.ceil(share * p.substeps)
     step = share * p.tick / steps
     time = state[TICKS] * p.tick
-    for index in range(steps):
-        y = _substep(y, u_d, u_q, step, time + index * step, p)
+    # Two compilations of one step: a drive without effects in its plant does not pay for them.
+    if p.acts_in_plant:
+        for index in range(steps):
+            y = _substep(y, u_d, u_q, step, time + index * step, True, p)
+    else:
+        for index in range(steps):
+            y = _substep(y, u_d, u_q, step, time + index * step, None, p)
     for index in range(8):
         state[index] = y[index]
     state[TICKS] += share

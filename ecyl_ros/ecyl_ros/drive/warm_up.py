@@ -23,7 +23,7 @@ def warm_up(drive: DriveParameters) -> float:
     apply_and_measure(plant, pending, 1, params, measured)
     apply_voltage(plant, pending, params)
     cascade_tick(
-        initial_cascade_state(),
+        initial_cascade_state(params),
         np.zeros(2),
         np.zeros(2),
         0.0,

@@ -37,6 +37,9 @@ ARGUMENTS = {
     "rod_error": 1,
 }
 
+# Those that act within a step of the plant, not where it is measured.
+IN_PLANT = ("rotor_torque", "rotor_friction", "load_torque", "load_friction", "inverter_voltage")
+
 
 def effects_at(port: str) -> list[str]:
     """Names of the effects that act at a port."""

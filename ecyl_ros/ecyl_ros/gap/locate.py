@@ -175,7 +175,7 @@ def _controller(replay: Replay) -> PortCheck | None:
         fine["current_q"],
         fine.get("rod_position", np.zeros(len(ticks))),
         params,
-        initial_cascade_state(),
+        initial_cascade_state(params),
         out,
     )
     left = signals["voltage_q"] - np.interp(replay.time_s, ticks, out)

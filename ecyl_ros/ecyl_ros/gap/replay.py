@@ -249,7 +249,7 @@ class Replay:
         }
         floors = dict(zip((one.name for one in self.signals), self.floor, strict=True))
         self._plant = initial_state()
-        self._cascade = initial_cascade_state()
+        self._integrals = np.zeros(3)
         wanted = float(self._reference[0, 0]) / ratio
         angle = first.get("rotor_position", math.nan)
         if math.isnan(angle):
@@ -272,8 +272,8 @@ class Replay:
             noise = floors["rod_position"] / ratio
             if abs(twist) > 4.0 * noise and abs(twist) < half + 20.0 * noise:
                 self._plant[2] = angle - math.copysign(min(abs(twist), half), twist)
-        self.at_rest = angle == wanted and speed == 0.0 and current == 0.0
-        if self.at_rest:
+        at_rest = angle == wanted and speed == 0.0 and current == 0.0
+        if at_rest:
             return
         self.usable &= self.time_s > _SETTLING_S
         self.notes.append(f"does not begin at rest: the first {_SETTLING_S:g} s are not judged")
@@ -281,12 +281,12 @@ class Replay:
         error = wanted - angle
         speed_error = controller.position.kp * error - speed
         if controller.speed.ki > 0.0:
-            self._cascade[1] = (current - controller.speed.kp * speed_error) / controller.speed.ki
+            self._integrals[1] = (current - controller.speed.kp * speed_error) / controller.speed.ki
         voltage = first.get("voltage_q", math.nan)
         if math.isnan(voltage):
             voltage = drive.motor.resistance * current + drive.motor.back_emf_constant * speed
         if controller.current.ki > 0.0:
-            self._cascade[2] = voltage / controller.current.ki
+            self._integrals[2] = voltage / controller.current.ki
 
     @property
     def reference_m(self) -> FloatArray:
@@ -316,6 +316,8 @@ class Replay:
     def run(self, effects: Effects, drive: DriveParameters | None = None) -> FloatArray:
         """All the engine's columns at the grid of the replay, float64[grid, COLUMNS]."""
         params = self.packed(effects, drive)
+        cascade = initial_cascade_state(params)
+        cascade[0][:] = self._integrals
         samples = np.zeros((self._samples, COLUMNS))
         run_ticks(
             0,
@@ -323,7 +325,7 @@ class Replay:
             self._every,
             self._reference,
             self._plant.copy(),
-            self._cascade.copy(),
+            cascade,
             voltage_queue(params),
             params,
             samples,

@@ -10,7 +10,7 @@ from rclpy.publisher import Publisher
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Header
 
-from ..drive.cascade import cascade_tick, initial_cascade_state
+from ..drive.cascade import CascadeState, cascade_tick, initial_cascade_state
 from ..drive.packed import pack
 from ..drive.parameters import DriveParameters
 from ..drive.plant import MEASURED
@@ -39,7 +39,7 @@ class Controller(DriveNode):
         self._rate = self.drive.controller.rate
         self._every = self.drive.telemetry_every
         self._params = pack(self.drive)
-        self._state = initial_cascade_state()
+        self._state = initial_cascade_state(self._params)
         self._measured = np.zeros(len(MEASURED))
         self._wanted = np.zeros(2)
         self._voltage = np.zeros(2)
@@ -55,7 +55,7 @@ class Controller(DriveNode):
         self.unreferenced = 0  # real time: ticks for which no reference had come
         self._unreferenced_seen = 0
 
-        scratch = initial_cascade_state()
+        scratch = initial_cascade_state(self._params)
         self._run_cascade(scratch, 0.0)  # compile, or load from cache, before the first tick
 
         self._telemetry = self.create_publisher(
@@ -128,10 +128,11 @@ class Controller(DriveNode):
             return True
         if stamp_ns < self._answered_ns:
             self.get_logger().info("the plant began anew: integrals reset")
-            self._state = initial_cascade_state()
+            self._state = initial_cascade_state(self._params)
             self._before_ns = None
         elif self.realtime and stamp_ns - self._answered_ns > self._watchdog_ns:
-            self._state = initial_cascade_state()  # meanwhile the plant went its own way
+            # Meanwhile the plant went its own way.
+            self._state = initial_cascade_state(self._params)
         phase = 0.0
         if self._bracket(stamp_ns) and self._before_ns is not None:
             ticks = round((stamp_ns - self._before_ns) * self._rate / wire.NANOSECONDS)
@@ -171,7 +172,7 @@ class Controller(DriveNode):
             f"for {self._watchdog_ns / wire.NANOSECONDS:g} s: position held until it is back"
         )
 
-    def _run_cascade(self, state: np.ndarray, phase: float) -> None:
+    def _run_cascade(self, state: CascadeState, phase: float) -> None:
         cascade_tick(
             state,
             self._before,
