@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -14,6 +15,7 @@ MAX_LAG_S = 1.0
 # factor of the best count as equal.
 EQUAL = 1.1
 EQUAL_FLOOR = 1e-6
+MAX_MOVES = 50  # samples that the refined lag may lie from the coarse one
 
 
 @dataclass(frozen=True)
@@ -132,11 +134,28 @@ def _chosen(residual: FloatArray, ahead: int) -> int | None:
 
 
 def _refined(r: FloatArray, base: float, y: FloatArray, rate_hz: float, start: int) -> Lag:
-    """Minimise around `start` samples, on all of the response that the shifted reference covers."""
+    """Minimise around `start` samples, on all of the response that the shifted reference covers.
+
+    That stretch is longer than the one `start` was found on. Where something strong lies on top of
+    the reference, the minimum may have moved by samples: then the next place is tried.
+    """
     from scipy.interpolate import CubicSpline
-    from scipy.optimize import minimize_scalar
 
     spline = CubicSpline(np.arange(r.size), r)
+    for _ in range(MAX_MOVES):
+        lag, found = _minimum(spline, base, y, rate_hz, start)
+        if abs(lag - start) < 1.0 - 1e-3:
+            break
+        start += 1 if lag > start else -1
+    return found
+
+
+def _minimum(
+    spline: Any, base: float, y: FloatArray, rate_hz: float, start: int
+) -> tuple[float, Lag]:
+    """The least residual within a sample of `start`: its lag in samples, and all of the fit."""
+    from scipy.optimize import minimize_scalar
+
     first, last = max(0, start + 1), min(y.size, y.size + start - 1)
     place = np.arange(first, last, dtype=np.float64)
     inner = y[first:last]
@@ -161,7 +180,7 @@ def _refined(r: FloatArray, base: float, y: FloatArray, rate_hz: float, start: i
     )
     lag = float(found.x)
     gain, mean, rest = fit(lag)
-    return Lag(
+    return lag, Lag(
         lag_s=lag / rate_hz,
         gain=gain,
         offset=float(inner.mean()) - gain * (mean + base),

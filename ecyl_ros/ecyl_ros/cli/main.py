@@ -18,7 +18,9 @@ VERBS = {
     "simulate": "the same run on the engine alone, without a graph",
     "analyse": "tracking figures, spectrum and IMFs of a recording",
     "replay": "publish a recording again with its own timing",
+    "inspect": "what a recording holds: topics, rates, gaps, clocks, ranges, a proposed map",
     "diagnose": "where the gap to a recording lies, what causes it, how far it shrinks",
+    "sensitivity": "tracking figures over one or two parameters of a drive file",
     "bench": "the paper's locked-output test: hysteresis loop, clearance, stiffness",
     "blind": "sealed drives diagnosed without their labels, then opened and scored",
 }

@@ -1,0 +1,111 @@
+"""One function over many arguments: on this machine's cores, or on a Dask cluster."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from typing import Any, TypeVar
+
+from joblib import Parallel, cpu_count, delayed, parallel_config
+from joblib.externals.loky.process_executor import TerminatedWorkerError
+from threadpoolctl import threadpool_limits
+
+from ...errors import InputError
+
+Argument = TypeVar("Argument")
+Result = TypeVar("Result")
+
+CONNECT_S = 10.0
+
+
+class WorkerError(Exception):
+    """A worker was lost; the message is one line."""
+
+
+def cores() -> int:
+    """Processor cores this process may use."""
+    return int(cpu_count())
+
+
+def over(
+    function: Callable[[Argument], Result],
+    arguments: Sequence[Argument],
+    *,
+    jobs: int | None = None,
+    dask: str | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> list[Result]:
+    """`[function(one) for one in arguments]`, side by side.
+
+    Every call runs with one thread of linear algebra, wherever it runs: sums then have one order,
+    and results are the same to the last bit on one core, on all, and on a cluster.
+
+    Args:
+        function: defined at the top of a module; arguments and results can be pickled.
+        arguments: one per call.
+        jobs: processes; all cores unless given. 1 stays in this process. Not used with `dask`.
+        dask: address of a Dask scheduler, `tcp://host:port`, whose workers have this package.
+        progress: called with the share done.
+
+    Raises:
+        InputError: no scheduler answers, or Dask is not installed.
+        WorkerError: a worker process died.
+    """
+    results: list[Any] = [None] * len(arguments)
+    done = 0
+    with _backend(dask, min(jobs or cores(), max(1, len(arguments)))) as chosen:
+        tasks = (delayed(_call)(function, index, one) for index, one in enumerate(arguments))
+        try:
+            for index, result in Parallel(return_as="generator_unordered", **chosen)(tasks):
+                results[index] = result
+                done += 1
+                if progress is not None:
+                    progress(done / len(arguments))
+        except TerminatedWorkerError:
+            raise WorkerError(
+                f"a worker process died after {done} of {len(arguments)} runs; out of memory?"
+            ) from None
+        except _lost_on_cluster(dask) as error:
+            raise WorkerError(
+                f"{dask}: the cluster failed after {done} of {len(arguments)} runs: "
+                f"{type(error).__name__}"
+            ) from None
+    return results
+
+
+def _call(function: Callable[[Any], Any], index: int, argument: Any) -> tuple[int, Any]:
+    with threadpool_limits(1):
+        return index, function(argument)
+
+
+@contextmanager
+def _backend(dask: str | None, jobs: int) -> Iterator[dict[str, Any]]:
+    if dask is None:
+        yield {"n_jobs": jobs}
+        return
+    try:
+        from distributed import Client
+    except ImportError:
+        raise InputError(
+            "--dask needs dask.distributed, which is not installed; pip install 'ecyl_ros[dask]'"
+        ) from None
+    try:
+        client = Client(dask, timeout=CONNECT_S, set_as_default=False)
+    except (OSError, ValueError, TypeError):
+        raise InputError(
+            f"--dask {dask}: no scheduler answers, expected tcp://HOST:PORT of a running one"
+        ) from None
+    with client:
+        if not client.ncores():
+            raise InputError(f"--dask {dask}: the scheduler has no workers, expected one or more")
+        with parallel_config(backend="dask", client=client):
+            yield {"n_jobs": -1}
+
+
+def _lost_on_cluster(dask: str | None) -> tuple[type[BaseException], ...]:
+    if dask is None:
+        return ()
+    from distributed import KilledWorker
+    from distributed.comm import CommClosedError
+
+    return (KilledWorker, CommClosedError)
