@@ -153,10 +153,17 @@ class NodeProcesses:
             time.sleep(POLL_S)
 
     def __exit__(self, *_: object) -> None:
-        alive = [process for process in self.processes.values() if process.poll() is None]
+        # The plant first and the recorder last: what was sent until then is heard and kept.
+        deadline = time.monotonic() + STOP_PATIENCE_S
+        between = [name for name in self.processes if name not in ("plant", "recorder")]
+        for names in (["plant"], between, ["recorder"]):
+            self._end([self.processes[name] for name in names if name in self.processes], deadline)
+
+    @staticmethod
+    def _end(processes: Sequence[subprocess.Popen], deadline: float) -> None:
+        alive = [process for process in processes if process.poll() is None]
         for process in alive:
             process.send_signal(signal.SIGINT)
-        deadline = time.monotonic() + STOP_PATIENCE_S
         for process in alive:
             try:
                 process.wait(max(0.1, deadline - time.monotonic()))
