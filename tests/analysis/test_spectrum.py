@@ -74,3 +74,16 @@ def test_unusable_signals_are_refused():
     with pytest.raises(InputError, match="4 samples"):
         amplitude_spectrum(np.zeros(3), RATE)
     assert dominant_lines(amplitude_spectrum(np.full(100, 3.0), RATE)) == ()
+
+
+def test_the_line_asked_for_has_its_amplitude_beside_a_stronger_one():
+    """1 Hz of 2 beside 3.45 Hz of 9: 2 to 0.5 %, also when 1 Hz is no bin."""
+    from ecyl_ros.analysis.spectrum import line_at
+
+    time = np.arange(9730) / RATE
+    values = 2.0 * np.sin(2 * np.pi * time + 0.4) + 9.0 * np.sin(2 * np.pi * 3.45 * time) + 5.0
+    assert line_at(values, RATE, 1.0).amplitude == pytest.approx(2.0, rel=5e-3)
+    with pytest.raises(InputError, match="too short"):
+        line_at(values[:2000], RATE, 1.0)
+    with pytest.raises(InputError, match="cannot show"):
+        line_at(values, RATE, 600.0)

@@ -188,3 +188,17 @@ def test_foreign_recordings_are_analysed(foreign, tmp_path):
         assert 0.015 < result["lag_s"] < 0.03
         assert 0.95 < result["gain"] < 1.02
         assert len(result["imfs"]) >= 3 and result["spectrum"]
+
+
+def test_the_verb_gives_the_line_asked_for_or_refuses(tmp_path, capsys):
+    """--line 3.45 gives the swing's 5 um; with two seconds left, --line 1 is refused by name."""
+    write_recording(tracked(), tmp_path / "a.mcap")
+    out = tmp_path / "o.json"
+    command = ["analyse", str(tmp_path / "a.mcap"), "--json", str(out)]
+    assert main([*command, "--line", "3.45"]) == 0
+    assert json.loads(out.read_text())["asked_line"]["amplitude_m"] == pytest.approx(5e-6, rel=0.01)
+    assert "line asked for" in capsys.readouterr().out
+    out.unlink()
+    assert main([*command, "--skip", "6", "--line", "1"]) == 2
+    assert "too short for a line at 1 Hz" in capsys.readouterr().err
+    assert not out.exists()

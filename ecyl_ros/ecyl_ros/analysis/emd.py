@@ -1,4 +1,11 @@
-"""Empirical mode decomposition of a signal, and the frequency of each mode in two ways."""
+"""Empirical mode decomposition of a signal, and how far each of its modes can be trusted.
+
+A mode is not a thing of its own: how many there are and what is in them depends on where sifting
+stops, on how the ends are continued, and on what happens to lie near in frequency. So each comes
+with its frequency in two ways (the strongest line of its spectrum, and Hilbert's), the share of
+its power that lies away from that line (mode mixing), and how much of it changes when the signal's
+ends are cut off (edge effect).
+"""
 
 from __future__ import annotations
 
@@ -8,10 +15,14 @@ import numpy as np
 
 from ..errors import InputError
 from ..recording.signals import FloatArray
-from .spectrum import amplitude_spectrum, dominant_lines
+from .spectrum import amplitude_spectrum, check_line, dominant_lines
 
 FILTER_ORDER = 8
+MIN_SAMPLES = 16
 EDGE = 0.05  # fraction at either end left out where Hilbert's phase is not to be trusted
+CUT = 0.07  # fraction cut off at either end to see what the ends do; no whole number of anything
+INNER = 0.15  # fraction at either end beyond which modes with and without the ends are compared
+OCTAVE = 2.0**0.5  # a mode's power within this factor of its line, up and down, is its own
 
 
 @dataclass(frozen=True)
@@ -45,6 +56,13 @@ class Imf:
             3 periods of it.
         hilbert_frequency_hz: instantaneous frequency averaged with squared amplitude as weight,
             5 % at either end left out. It lies above the line where the mode is not one sine.
+        mixed: share of its power that is not within half an octave of the line, 0 to 1; NaN where
+            there is no line. Near 0 the mode is one oscillation; from some 0.15 it mixes several,
+            or one that comes and goes.
+        edge_change: RMS of what the mode changes by in the middle 70 % of the signal when 7 % are
+            cut off at either end, over its standard deviation there. Near 0 the mode is the
+            signal's own; from some 0.3 it depends on how the ends are continued. NaN where the
+            shorter signal has no such mode.
     """
 
     values: FloatArray = field(repr=False)
@@ -52,6 +70,8 @@ class Imf:
     frequency_hz: float
     amplitude: float
     hilbert_frequency_hz: float
+    mixed: float = float("nan")
+    edge_change: float = float("nan")
 
 
 @dataclass(frozen=True)
@@ -86,7 +106,11 @@ class Decomposition:
 
 
 def decompose(
-    values: FloatArray, rate_hz: float, settings: EmdSettings | None = None
+    values: FloatArray,
+    rate_hz: float,
+    settings: EmdSettings | None = None,
+    *,
+    line_hz: float | None = None,
 ) -> Decomposition:
     """Decompose by PyEMD: cubic envelopes, extrema by parabola, ends mirrored.
 
@@ -94,16 +118,25 @@ def decompose(
         values: float64[n], evenly sampled.
         rate_hz: sampling rate.
         settings: see `EmdSettings`.
+        line_hz: a line that the modes are wanted for.
 
     Returns:
         Up to `max_imfs` modes; none for a signal that never moves.
 
     Raises:
-        InputError: fewer than 16 samples, or a value that is not finite.
+        InputError: fewer than 16 samples, a value that is not finite, or a signal too short or
+            too slowly sampled for `line_hz`, or low-passed below it.
     """
     settings = settings or EmdSettings()
-    if values.size < 16:
-        raise InputError(f"EMD needs 16 samples or more, got {values.size}")
+    if line_hz is not None:
+        check_line(values.size, rate_hz, line_hz)
+        if line_hz > settings.band_hz:
+            raise InputError(
+                f"a line at {line_hz:.4g} Hz, expected at most the {settings.band_hz:.4g} Hz that "
+                "modes are taken up to"
+            )
+    if values.size < MIN_SAMPLES:
+        raise InputError(f"EMD needs {MIN_SAMPLES} samples or more, got {values.size}")
     if not np.isfinite(values).all():
         raise InputError("EMD needs finite values, got NaN or infinity")
     thinned, rate, corner = _thin_out(values, rate_hz, settings)
@@ -112,8 +145,12 @@ def decompose(
     scale = float(thinned.std())
     if scale <= 1e-12 * max(abs(mean), float(np.finfo(float).tiny)):
         return Decomposition(time, rate, corner, (), thinned, settings)
-    rows, residue = _sift((thinned - mean) / scale, time, settings)
-    imfs = tuple(_described(row * scale, rate) for row in rows)
+    scaled = (thinned - mean) / scale
+    rows, residue = _sift(scaled, time, settings)
+    changes = _edge_changes(scaled, time, rows, settings)
+    imfs = tuple(
+        _described(row * scale, rate, change) for row, change in zip(rows, changes, strict=True)
+    )
     return Decomposition(time, rate, corner, imfs, residue * scale + mean, settings)
 
 
@@ -145,18 +182,54 @@ def _sift(
     return list(imfs), residue
 
 
-def _described(values: FloatArray, rate_hz: float) -> Imf:
+def _edge_changes(
+    values: FloatArray, time_s: FloatArray, rows: list[FloatArray], settings: EmdSettings
+) -> list[float]:
+    """How much each mode depends on the signal's ends; see `Imf.edge_change`."""
+    cut, inner = (int(share * values.size) for share in (CUT, INNER))
+    nothing = [float("nan")] * len(rows)
+    if cut < 1 or values.size - 2 * cut < MIN_SAMPLES:
+        return nothing
+    part = slice(cut, values.size - cut)
+    shorter, _ = _sift(values[part], time_s[part] - time_s[cut], settings)
+    middle = slice(inner, values.size - inner)
+    changes = nothing
+    for number, (whole, short) in enumerate(zip(rows, shorter, strict=False)):
+        spread = float(whole[middle].std())
+        moved = whole[middle] - short[inner - cut : short.size - (inner - cut)]
+        if spread > 0.0:
+            changes[number] = float(np.sqrt(np.mean(moved**2))) / spread
+    return changes
+
+
+def _mixed(values: FloatArray, rate_hz: float, line_hz: float) -> float:
+    """Share of the power that is not within half an octave of a line."""
+    spectrum = amplitude_spectrum(values, rate_hz)
+    power = spectrum.amplitude**2
+    total = float(power[1:].sum())
+    # A line is four bins wide under the window, however low it lies.
+    reach = 2.0 * spectrum.resolution_hz
+    low = min(line_hz / OCTAVE, line_hz - reach)
+    high = max(line_hz * OCTAVE, line_hz + reach)
+    own = power[(spectrum.frequency_hz >= low) & (spectrum.frequency_hz <= high)]
+    return float(1.0 - own.sum() / total) if total > 0.0 else float("nan")
+
+
+def _described(values: FloatArray, rate_hz: float, edge_change: float) -> Imf:
     spectrum = amplitude_spectrum(values, rate_hz)
     lines = dominant_lines(spectrum, count=1)
     # A mode slower than the spectrum resolves has its height below the lowest line listed; a
     # lesser line above must not pass for the mode's.
     seen = bool(lines) and lines[0].amplitude >= spectrum.amplitude[1:].max()
+    frequency = lines[0].frequency_hz if seen else float("nan")
     return Imf(
         values=values,
         std=float(values.std()),
-        frequency_hz=lines[0].frequency_hz if seen else float("nan"),
+        frequency_hz=frequency,
         amplitude=lines[0].amplitude if seen else float("nan"),
         hilbert_frequency_hz=hilbert_frequency(values, rate_hz),
+        mixed=_mixed(values, rate_hz, frequency) if seen else float("nan"),
+        edge_change=edge_change,
     )
 
 

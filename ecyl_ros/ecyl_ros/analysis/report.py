@@ -30,12 +30,22 @@ def as_json(analysis: TrackingAnalysis) -> dict[str, Any]:
             {"frequency_hz": line.frequency_hz, "amplitude_m": line.amplitude}
             for line in analysis.lines
         ],
+        "asked_line": (
+            None
+            if analysis.asked is None
+            else {
+                "frequency_hz": analysis.asked.frequency_hz,
+                "amplitude_m": analysis.asked.amplitude,
+            }
+        ),
         "imfs": [
             {
                 "frequency_hz": _number(imf.frequency_hz),
                 "amplitude_m": _number(imf.amplitude),
                 "std_m": imf.std,
                 "hilbert_frequency_hz": _number(imf.hilbert_frequency_hz),
+                "mixed": _number(imf.mixed),
+                "edge_change": _number(imf.edge_change),
             }
             for imf in emd.imfs
         ],
@@ -76,6 +86,7 @@ def print_analysis(analysis: TrackingAnalysis, file: IO[str] | None = None) -> N
         figures.add_row(name, value, unit)
     console.print(figures)
 
+    emd = analysis.emd
     lines = Table("Hz", "amplitude um", title="Spectrum of the error")
     for line in analysis.lines:
         lines.add_row(_hz(line.frequency_hz), f"{line.amplitude * 1e6:.3f}")
@@ -85,15 +96,19 @@ def print_analysis(analysis: TrackingAnalysis, file: IO[str] | None = None) -> N
         "Hz (Hilbert)",
         "amplitude um",
         "std um",
-        title="Empirical modes",
+        "mixed %",
+        "edges %",
+        title=f"Empirical modes: {len(emd.imfs)} of at most {emd.settings.max_imfs}, ends mirrored",
     )
-    for number, imf in enumerate(analysis.emd.imfs, start=1):
+    for number, imf in enumerate(emd.imfs, start=1):
         modes.add_row(
             str(number),
             _hz(imf.frequency_hz),
             _hz(imf.hilbert_frequency_hz),
             f"{imf.amplitude * 1e6:.3f}" if math.isfinite(imf.amplitude) else "-",
             f"{imf.std * 1e6:.3f}",
+            _percent(imf.mixed),
+            _percent(imf.edge_change),
         )
     for table in (lines, modes):
         table.title_justify = "left"
@@ -118,7 +133,14 @@ def _figures(analysis: TrackingAnalysis) -> list[tuple[str, str, str]]:
         rows.append(("lag, gain", "-", lag.reason))
     else:
         rows += [("lag", f"{lag.lag_s * 1e3:.3f}", "ms"), ("gain", f"{lag.gain:.5f}", "")]
+    if analysis.asked is not None:
+        at = f"um at {analysis.asked.frequency_hz:.6g} Hz"
+        rows.append(("line asked for", f"{analysis.asked.amplitude * 1e6:.3f}", at))
     return rows
+
+
+def _percent(share: float) -> str:
+    return f"{100.0 * share:.1f}" if math.isfinite(share) else "-"
 
 
 def _hz(value: float) -> str:

@@ -10,7 +10,7 @@ from ..errors import InputError
 from ..recording.signals import FloatArray, Recording
 from .emd import Decomposition, EmdSettings, decompose
 from .lag import Lag, lag_and_gain
-from .spectrum import Line, Spectrum, amplitude_spectrum, dominant_lines
+from .spectrum import Line, Spectrum, amplitude_spectrum, dominant_lines, line_at
 from .uniform import MIN_SAMPLES, uniform
 
 REFERENCE = "reference_position_m"
@@ -33,6 +33,7 @@ class TrackingAnalysis:
         lines: dominant lines of the error's spectrum, strongest first.
         spectrum: the whole of it.
         emd: the error's empirical modes with the settings used.
+        asked: the line of the error that was asked for; None where none was.
         notes: one line each on what was missing, interpolated or derived.
         time_s, reference_m, position_m, error_m: the even samples behind the figures, float64[n].
         relative_angle_rad: rotor less load at the same instants, less its mean; None where the
@@ -57,6 +58,7 @@ class TrackingAnalysis:
     position_m: FloatArray = field(repr=False)
     error_m: FloatArray = field(repr=False)
     relative_angle_rad: FloatArray | None = field(repr=False, default=None)
+    asked: Line | None = None
 
 
 def analyse(
@@ -65,6 +67,7 @@ def analyse(
     *,
     rotor_to_rod_m_per_rad: float | None = None,
     emd_settings: EmdSettings | None = None,
+    line_hz: float | None = None,
 ) -> TrackingAnalysis:
     """Analyse how the rod follows its reference.
 
@@ -75,10 +78,12 @@ def analyse(
             for its position. That leaves clearance and twist behind the rotor out of the error.
             lead / (2 pi gear_ratio) of the drive.
         emd_settings: of the decomposition.
+        line_hz: a line of the error to give the amplitude of, whether it stands out or not.
 
     Raises:
         InputError: a signal needed is missing, skip_s is negative or leaves fewer than 16 samples,
-            or the factor is not a finite number other than zero.
+            the factor is not a finite number other than zero, or what is left is too short or too
+            slowly sampled for `line_hz`.
     """
     if not np.isfinite(skip_s) or skip_s < 0.0:
         raise InputError(f"skip is {skip_s:g} s, expected 0 or more")
@@ -107,6 +112,7 @@ def analyse(
     # Figures that need no grid come from the samples as they were measured.
     raw_error = (reference - position)[known]
     error = even.signals[0] - even.signals[1]
+    asked = None if line_hz is None else line_at(error, even.rate_hz, line_hz)
     spectrum = amplitude_spectrum(error, even.rate_hz)
     emd = decompose(error, even.rate_hz, emd_settings)
     if emd.energy_ratio > OVERLAP:
@@ -133,6 +139,7 @@ def analyse(
         position_m=even.signals[1],
         error_m=error,
         relative_angle_rad=even.signals[2] - even.signals[2].mean() if has_load else None,
+        asked=asked,
     )
 
 

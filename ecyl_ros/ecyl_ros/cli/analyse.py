@@ -31,6 +31,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="where the rod is not measured: take the rotor's angle times this, "
         "lead / (2 pi gear_ratio)",
     )
+    parser.add_argument(
+        "--line",
+        type=float,
+        metavar="HZ",
+        help="the error's amplitude at this frequency; refused where the part analysed is shorter "
+        "than three periods",
+    )
     parser.add_argument("--json", type=Path, metavar="OUT", help="write the figures as JSON")
     parser.add_argument("--plots", type=Path, metavar="DIR", help="write figures as PNG files")
 
@@ -46,7 +53,12 @@ def run(options: argparse.Namespace) -> int:
     signal_map = None if options.map is None else load_map(options.map)
     recording = load_recording(options.bag, signal_map)
     try:
-        analysis = analyse(recording, options.skip, rotor_to_rod_m_per_rad=options.rotor_to_rod)
+        analysis = analyse(
+            recording,
+            options.skip,
+            rotor_to_rod_m_per_rad=options.rotor_to_rod,
+            line_hz=options.line,
+        )
     except InputError as error:
         raise InputError(f"{options.bag}: {error}") from None
     for note in analysis.notes:
