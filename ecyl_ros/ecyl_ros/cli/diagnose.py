@@ -51,21 +51,22 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Diagnose, write what was asked for, print the summary; 0 whatever the verdict."""
     from ..drive.drive_file import load_drive, resolve_drive
-    from ..recording.load import load_recording
+    from ..recording.load import load_stretch
     from ..recording.map import load_map
 
     drive_file = resolve_drive(options.drive)
     _check_outputs(options, drive_file)
     drive = load_drive(drive_file)
     signal_map = None if options.map is None else load_map(options.map)
-    recording = load_recording(options.recording, signal_map)
 
     from ..gap.diagnose import diagnose
     from ..gap.report.page import write_report
     from ..gap.report.terminal import summary
+    from ..gap.screen import LONGEST_S
     from ..gap.twin import write_twin
     from ..recording.atomic import write_text
 
+    recording = load_stretch(options.recording, signal_map, LONGEST_S)
     with progress_bar("diagnosing") as progress:
         diagnosis = diagnose(
             recording,

@@ -24,6 +24,7 @@ MAGIC = b"\x89MCAP0\r\n"
 RECORD = struct.Struct("<BQ")  # opcode, length of what follows
 MESSAGE = struct.Struct("<HIQQ")  # channel, sequence, log time, publish time
 CHUNK = struct.Struct("<QQQI")  # first and last log time, uncompressed size, its CRC-32
+FOOTER = struct.Struct("<BQQQI")  # opcode, length, starts of summary and of its index, CRC-32
 # Larger than any recorder's chunks (rosbag2: 0.8 MB): a record that claims more is damaged, and
 # unpacking it could take all memory.
 LARGEST_CHUNK = 2**29

@@ -12,8 +12,8 @@ from ..drive.compiled import kernel
 OP_MESSAGE = 5
 
 # Rows of the running figures of a column.
-COUNT, MINIMUM, MAXIMUM, TOTAL, SQUARES, LAST, TRAVEL, TURNS, HEADING, EQUAL = range(10)
-FIGURES = 10
+COUNT, MINIMUM, MAXIMUM, TOTAL, SQUARES, LAST, TRAVEL, TURNS, HEADING, EQUAL, FIRST = range(11)
+FIGURES = 11
 
 
 @kernel
@@ -93,19 +93,21 @@ def gather(data: Any, starts: Any, offsets: Any, sizes: Any, swap: bool, out: An
 def run_figures(values: Any, figures: Any) -> None:
     """Carry on the running figures of one column, float64[FIGURES], over more values.
 
-    TRAVEL is the sum of all steps' sizes, TURNS how often they change sign, EQUAL how many values
-    equal the one before; HEADING is the last step's sign. Values that are not finite are left out.
+    TOTAL and SQUARES are of the differences to the FIRST. TRAVEL is the sum of all steps' sizes,
+    TURNS how often they change sign, EQUAL how many values equal the one before; HEADING is the
+    last step's sign. Values that are not finite are left out.
     """
     count = figures[COUNT]
     low, high = figures[MINIMUM], figures[MAXIMUM]
     total, squares = figures[TOTAL], figures[SQUARES]
     last, travel = figures[LAST], figures[TRAVEL]
     turns, heading, equal = figures[TURNS], figures[HEADING], figures[EQUAL]
+    first = figures[FIRST]
     for value in values:
         if not np.isfinite(value):
             continue
         if count == 0:
-            low = high = value
+            low = high = first = value
         else:
             step = value - last
             travel += abs(step)
@@ -118,8 +120,8 @@ def run_figures(values: Any, figures: Any) -> None:
                 heading = way
         low = min(low, value)
         high = max(high, value)
-        total += value
-        squares += value * value
+        total += value - first
+        squares += (value - first) * (value - first)
         last = value
         count += 1
     figures[COUNT] = count
@@ -127,6 +129,7 @@ def run_figures(values: Any, figures: Any) -> None:
     figures[TOTAL], figures[SQUARES] = total, squares
     figures[LAST], figures[TRAVEL] = last, travel
     figures[TURNS], figures[HEADING], figures[EQUAL] = turns, heading, equal
+    figures[FIRST] = first
 
 
 def framed(

@@ -12,8 +12,11 @@ from numpy.typing import NDArray
 
 from .bag import (
     CHUNK,
+    FOOTER,
+    MAGIC,
     OP_CHANNEL,
     OP_CHUNK,
+    OP_FOOTER,
     OP_SCHEMA,
     RECORD,
     SQLITE,
@@ -143,6 +146,32 @@ class _ChunkReader(FileReader):
         self.frames: list[NDArray[np.int64]] = []  # channel, log time, start, length
         self.pending_bytes = 0
         self.loose = 0  # messages outside chunks
+
+    def _read(self, stream: BinaryIO, size: int) -> Iterator[None]:
+        # Channels are announced once, in a chunk that may be skipped, and again at the end.
+        if self.window != (None, None) and not self._announced(stream, size):
+            self.window = (None, None)
+        stream.seek(0)
+        yield from super()._read(stream, size)
+
+    def _announced(self, stream: BinaryIO, size: int) -> bool:
+        """Take in the channels of the file's summary; whether there is one."""
+        if size < FOOTER.size + 2 * len(MAGIC):
+            return False
+        stream.seek(size - FOOTER.size - len(MAGIC))
+        opcode, _, start, _, _ = FOOTER.unpack(stream.read(FOOTER.size))
+        end = size - FOOTER.size - len(MAGIC)
+        if opcode != OP_FOOTER or stream.read() != MAGIC or not len(MAGIC) < start < end:
+            return False
+        while start + RECORD.size <= end:
+            stream.seek(start)
+            opcode, length = RECORD.unpack(stream.read(RECORD.size))
+            if start + RECORD.size + length > end:
+                break
+            if opcode in (OP_SCHEMA, OP_CHANNEL):
+                self._record(opcode, memoryview(stream.read(length)), start)
+            start += RECORD.size + length
+        return bool(self.channels)
 
     def _needed(self, opcode: int, stream: BinaryIO, length: int) -> bool:
         start, stop = self.window
