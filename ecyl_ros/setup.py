@@ -54,5 +54,6 @@ setup(
             "analyser = ecyl_ros.nodes.entry:analyser",
             "recorder = ecyl_ros.nodes.entry:recorder",
         ],
+        "ros2cli.command": ["ecyl = ecyl_ros.cli.ros2_command:EcylCommand"],
     },
 )

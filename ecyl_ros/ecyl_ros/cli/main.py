@@ -1,3 +1,4 @@
+# PYTHON_ARGCOMPLETE_OK
 """Entry point of `ecyl`: finds the verb's module, parses, runs, maps errors to exit codes."""
 
 from __future__ import annotations
@@ -26,29 +27,36 @@ VERBS = {
 }
 
 
-def _parser(verb: str | None) -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
-        prog="ecyl",
-        description="Emulate an electric-cylinder drive on ROS 2 and analyse its recordings.",
-    )
-    parser.add_argument("--version", action="version", version=f"ecyl {__version__}")
-    verbs = parser.add_subparsers(dest="verb", metavar="VERB", required=True)
+def words(argv: Sequence[str] | None) -> list[str]:
+    """The command line without the program: as given, of the process, or of a shell's completion.
+
+    A shell that asks for completions hands the line over in COMP_LINE (argcomplete's protocol).
+    """
+    if argv is None and "_ARGCOMPLETE" in os.environ:
+        return os.environ.get("COMP_LINE", "").split()[1:]
+    return list(sys.argv[1:] if argv is None else argv)
+
+
+def add_verbs(
+    parser: argparse.ArgumentParser, arguments: Sequence[str], *, required: bool = True
+) -> None:
+    """Declare all verbs, and the flags of the one that the command line names.
+
+    required: whether a command line without a verb is an error.
+    """
+    verb = next((word for word in arguments if word in VERBS), None)
+    verbs = parser.add_subparsers(dest="verb", metavar="VERB", required=required)
     for name, summary in VERBS.items():
         sub = verbs.add_parser(name, help=summary, description=summary.capitalize() + ".")
         if name == verb:
             importlib.import_module(f"{__package__}.{name}").add_arguments(sub)
-    return parser
 
 
-def main(argv: Sequence[str] | None = None) -> int:
-    """Run `ecyl VERB ...` and return its exit code: 0 done, 2 unusable input, 130 interrupted."""
-    arguments = list(sys.argv[1:] if argv is None else argv)
-    verb = next((word for word in arguments if word in VERBS), None)
-    parser = _parser(verb)
-    options = parser.parse_args(arguments)
+def run_verb(options: argparse.Namespace) -> int:
+    """Run the verb and return the exit code: 0 done, 2 unusable input, 130 interrupted."""
     module = importlib.import_module(f"{__package__}.{options.verb}")
     try:
-        return module.run(options)
+        return int(module.run(options))
     except InputError as error:
         print(f"ecyl {options.verb}: {error}", file=sys.stderr)
         return 2
@@ -58,6 +66,22 @@ def main(argv: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt:
         print(f"ecyl {options.verb}: interrupted", file=sys.stderr)
         return 130
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run `ecyl VERB ...` and return its exit code; see `run_verb`."""
+    parser = argparse.ArgumentParser(
+        prog="ecyl",
+        description="Emulate an electric-cylinder drive on ROS 2 and analyse its recordings.",
+    )
+    parser.add_argument("--version", action="version", version=f"ecyl {__version__}")
+    arguments = words(argv)
+    add_verbs(parser, arguments)
+    if "_ARGCOMPLETE" in os.environ:
+        import argcomplete
+
+        argcomplete.autocomplete(parser)
+    return run_verb(parser.parse_args(arguments))
 
 
 if __name__ == "__main__":
