@@ -19,6 +19,7 @@ setup(
         (f"share/{NAME}", ["package.xml"]),
         (f"share/{NAME}/launch", sorted(glob("launch/*.launch.py"))),
         (f"share/{NAME}/config", sorted(glob("config/*.yaml"))),
+        (f"share/{NAME}/layouts", sorted(glob("layouts/*"))),
     ],
     python_requires=">=3.10",
     install_requires=[

@@ -45,6 +45,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="OUT.yaml",
         help="write the drive file with the causes added, for ecyl run --drive",
     )
+    parser.add_argument(
+        "--write-mcap",
+        type=Path,
+        metavar="OUT.mcap",
+        help="write recorded and simulated signals, residuals and events, to scrub through",
+    )
     parser.add_argument("--overwrite", action="store_true", help="replace existing outputs")
 
 
@@ -61,6 +67,7 @@ def run(options: argparse.Namespace) -> int:
 
     from ..gap.diagnose import diagnose
     from ..gap.report.page import write_report
+    from ..gap.report.scrub import write_scrub
     from ..gap.report.terminal import summary
     from ..gap.screen import LONGEST_S
     from ..gap.twin import write_twin
@@ -86,6 +93,9 @@ def run(options: argparse.Namespace) -> int:
     if options.report is not None:
         write_report(diagnosis, options.report)
         written.append(str(options.report))
+    if options.write_mcap is not None:
+        write_scrub(diagnosis, options.write_mcap)
+        written.append(str(options.write_mcap))
     if options.write_drive is not None and diagnosis.causes:
         write_twin(diagnosis, drive_file, options.write_drive)
         written.append(str(options.write_drive))
@@ -103,6 +113,7 @@ def _check_outputs(options: argparse.Namespace, drive_file: Path) -> None:
         "--json": options.json,
         "--report": options.report,
         "--write-drive": options.write_drive,
+        "--write-mcap": options.write_mcap,
     }
     taken = {_place(options.recording): "RECORDING", _place(drive_file): "--drive"}
     if options.map is not None:
@@ -115,6 +126,8 @@ def _check_outputs(options: argparse.Namespace, drive_file: Path) -> None:
                 f"{flag} {path}: is {taken[_place(path)]} too; expected a file of its own"
             )
         taken[_place(path)] = flag
+        if flag == "--write-mcap" and path.suffix != ".mcap":
+            raise InputError(f"{flag} {path}: expected a name that ends in .mcap")
         if path.is_dir():
             raise InputError(f"{flag} {path}: is a folder; expected the name of a file")
         if path.exists() and not options.overwrite:

@@ -80,7 +80,7 @@ def _print(found: Survey, *, all_fields: bool) -> None:
 
     console = Console(highlight=False, soft_wrap=True)
     if not console.is_terminal:
-        console = Console(highlight=False, width=140, color_system=None)
+        console = Console(highlight=False, width=500, color_system=None)
     _print_topics(console, found)
     for topic in found.topics:
         if topic.fields or topic.unread:

@@ -206,6 +206,7 @@ def _assemble(
             replay.simulate(final.values),
             fitter.held,
             replay.usable,
+            int(replay.recording.stamp_ns[0]),
         ),
         seconds=time.perf_counter() - begin,
         replays=competition.replays,

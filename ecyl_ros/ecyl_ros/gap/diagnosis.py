@@ -101,7 +101,9 @@ class Series:
     """Time series for pictures, at the recording's samples.
 
     time_s: float64[n]. reference_m: float64[n]. recorded, before, after: float64[signals, n] in
-    the order of `Diagnosis.signals`. held_out: bool[n]. usable: bool[n].
+    the order of `Diagnosis.signals`. held_out: bool[n]. usable: bool[n]. start_ns: stamp of the
+    first sample. position, speed: float64[n] with their units, of a drive that is not judged by
+    rotor and rod.
     """
 
     time_s: FloatArray
@@ -111,6 +113,28 @@ class Series:
     after: FloatArray
     held_out: BoolArray
     usable: BoolArray
+    start_ns: int = 0
+    position: FloatArray | None = None
+    position_unit: str = "m"
+    speed: FloatArray | None = None
+    speed_unit: str = "m/s"
+
+
+@dataclass(frozen=True)
+class Measured:
+    """A value of the machine that the recording gives, whether or not it is a cause.
+
+    low, high: 95 % interval; equal to the value where none is known. nominal: what the drive file
+    says; None where it says nothing.
+    """
+
+    name: str
+    unit: str
+    value: float
+    low: float
+    high: float
+    meaning: str
+    nominal: float | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -134,6 +158,9 @@ class Diagnosis:
         misfit_before, misfit_after, misfit_perfect, misfit_best: robust RMS over the noise floor of
             the nominal model, with the causes, of a perfect model, and of the best set, named or
             not. margin: the best rival's over the best set's.
+        measured: values of the machine that the recording gives (drives judged by effort or by
+            how they follow).
+        floor_is: what the floor stands for.
     """
 
     source: str
@@ -163,6 +190,8 @@ class Diagnosis:
     margin: float = 1.0
     duration_s: float = 0.0
     rate_hz: float = 0.0
+    measured: tuple[Measured, ...] = ()
+    floor_is: str = "measurement noise"
 
     def as_json(self) -> dict[str, Any]:
         """The diagnosis as plain data, schema `ecyl.diagnosis/1`."""
@@ -234,6 +263,18 @@ class Diagnosis:
                 {"effects": list(one.effects), "fitted": one.fitted, "held_out": one.judged}
                 for one in self.candidates
             ],
+            "measured": [
+                {
+                    "name": one.name,
+                    "unit": one.unit,
+                    "value": one.value,
+                    "ci95": [one.low, one.high],
+                    "nominal": one.nominal,
+                    "meaning": one.meaning,
+                }
+                for one in self.measured
+            ],
+            "floor_is": self.floor_is,
             "notes": list(self.notes),
             "seconds": self.seconds,
         }
