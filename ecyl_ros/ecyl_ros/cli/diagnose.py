@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import argparse
 import dataclasses
+import functools
 import json
 import math
 import sys
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
@@ -35,6 +36,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="M.yaml",
         help="which field of a foreign recording is which signal (ecyl inspect proposes one)",
     )
+    parser.add_argument(
+        "--mode",
+        type=float,
+        metavar="VALUE",
+        help="judge only samples whose mapped `mode` has this value (rigid drives, followers)",
+    )
     parser.add_argument("--json", type=Path, metavar="OUT", help="write the diagnosis as JSON")
     parser.add_argument(
         "--report", type=Path, metavar="OUT.html", help="write the diagnosis as one HTML page"
@@ -56,16 +63,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Diagnose, write what was asked for, print the summary; 0 whatever the verdict."""
-    from ..drive.drive_file import load_drive, resolve_drive
+    from ..drive.drive_file import resolve_drive
     from ..recording.load import load_stretch
     from ..recording.map import load_map
 
     drive_file = resolve_drive(options.drive)
     _check_outputs(options, drive_file)
-    drive = load_drive(drive_file)
+    judge = _judge(options, drive_file)
     signal_map = None if options.map is None else load_map(options.map)
 
-    from ..gap.diagnose import diagnose
     from ..gap.report.page import write_report
     from ..gap.report.scrub import write_scrub
     from ..gap.report.terminal import summary
@@ -75,9 +81,8 @@ def run(options: argparse.Namespace) -> int:
 
     recording = load_stretch(options.recording, signal_map, LONGEST_S)
     with progress_bar("diagnosing") as progress:
-        diagnosis = diagnose(
+        diagnosis = judge(
             recording,
-            drive,
             source=str(options.recording),
             drive_name=str(drive_file),
             progress=progress,
@@ -106,6 +111,35 @@ def run(options: argparse.Namespace) -> int:
             file=sys.stderr,
         )
     return 0
+
+
+def _judge(options: argparse.Namespace, drive_file: Path) -> Callable[..., Any]:
+    """What diagnoses a recording, for the kind of drive that the file describes."""
+    from ..gap.effort.machine import is_machine_file, load_machine
+
+    if not is_machine_file(drive_file):
+        if options.mode is not None:
+            raise InputError(
+                f"--mode {options.mode:g}: {drive_file} describes a full cylinder; expected a "
+                "drive file with drive.kind, see docs/drive-file.md"
+            )
+        from ..drive.drive_file import load_drive
+        from ..gap.diagnose import diagnose
+
+        return functools.partial(diagnose, drive=load_drive(drive_file))
+    machine = load_machine(drive_file)
+    if options.write_drive is not None:
+        raise InputError(
+            f"--write-drive {options.write_drive}: not for a drive of kind {machine.kind}; its "
+            "closest model is in the JSON and the report, under what was measured"
+        )
+    if machine.kind == "follower":
+        from ..gap.effort.follow import diagnose_follower
+
+        return functools.partial(diagnose_follower, machine=machine, mode=options.mode)
+    from ..gap.effort.judge import diagnose_effort
+
+    return functools.partial(diagnose_effort, machine=machine, mode=options.mode)
 
 
 def _check_outputs(options: argparse.Namespace, drive_file: Path) -> None:

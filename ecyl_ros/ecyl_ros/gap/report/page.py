@@ -33,6 +33,7 @@ def report_html(diagnosis: Diagnosis) -> str:
         _closing(diagnosis),
         _stretch(diagnosis),
         _causes(diagnosis),
+        _measured(diagnosis),
         _where(diagnosis),
         _runners_up(diagnosis),
         _notes(diagnosis),
@@ -66,7 +67,7 @@ def _section(heading: str, *parts: str) -> str:
 def _closing(diagnosis: Diagnosis) -> str:
     caption = (
         "RMS of recorded less simulated on held-out stretches, pooled over the signals, each over "
-        "the standard deviation of what was recorded. Dashed: measurement noise."
+        f"the standard deviation of what was recorded. Dashed: {diagnosis.floor_is}."
     )
     facts = []
     if diagnosis.causes:
@@ -91,7 +92,7 @@ def _keys(diagnosis: Diagnosis, *, recorded: bool) -> str:
         added = "cause" if len(diagnosis.causes) == 1 else "causes"
         kinds.append(("after", f"with the {added} added"))
     if not recorded:
-        kinds.append(("floor", "measurement noise"))
+        kinds.append(("floor", diagnosis.floor_is))
     return key(*kinds)
 
 
@@ -163,6 +164,23 @@ def _parameter(effect: str, one: FittedParameter) -> list[str]:
     ]
 
 
+def _measured(diagnosis: Diagnosis) -> str:
+    if not diagnosis.measured:
+        return ""
+    head = [("quantity", ""), ("value", "num"), ("95 % interval", "num"), ("nominal", "num")]
+    rows = []
+    for one in diagnosis.measured:
+        cells = [typeset(text) for text in q.measured(one)]
+        label = q.parameter_label(one.name)
+        meaning = f' <span class="quiet">{typeset(one.meaning)}</span>' if one.meaning else ""
+        rows.append([f"{typeset(label[:1].upper() + label[1:])}{meaning}", *cells])
+    caption = (
+        "Values that the recording gives, fitted to all of it, nominal and found together. What "
+        "the drive file leaves out has no nominal value."
+    )
+    return _section("The machine as measured", table(caption, head, rows))
+
+
 def _where(diagnosis: Diagnosis) -> str:
     pictures = residual.figures(diagnosis)
     return _section(
@@ -193,7 +211,7 @@ def _signals(diagnosis: Diagnosis) -> str:
         rows.append(row)
     caption = (
         "By signal: RMS of recorded less simulated on held-out stretches; the floor is "
-        "measurement noise alone."
+        f"{diagnosis.floor_is}{' alone' if diagnosis.floor_is == 'measurement noise' else ''}."
     )
     return table(caption, head, rows) if rows else ""
 

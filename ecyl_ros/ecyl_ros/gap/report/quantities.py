@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 
-from ..diagnosis import FittedParameter
+from ..diagnosis import FittedParameter, Measured
 
 # Larger to smaller: factor from SI, and what the unit is then called.
 _LADDERS: dict[str, tuple[tuple[float, str], ...]] = {
@@ -21,6 +21,8 @@ _LADDERS: dict[str, tuple[tuple[float, str], ...]] = {
     "V": ((1.0, "V"), (1e3, "mV")),
     "N": ((1e-3, "kN"), (1.0, "N"), (1e3, "mN")),
     "N m": ((1.0, "N m"), (1e3, "mN m"), (1e6, "uN m")),
+    "N s/m": ((1e-3, "kN s/m"), (1.0, "N s/m"), (1e3, "mN s/m")),
+    "kg": ((1.0, "kg"), (1e3, "g")),
     "N m s/rad": ((1.0, "N m s/rad"), (1e3, "mN m s/rad")),
     "N/m": ((1e-6, "MN/m"), (1e-3, "kN/m"), (1.0, "N/m")),
     "kg m^2": ((1.0, "kg m^2"), (1e4, "kg cm^2"), (1e7, "g cm^2")),
@@ -32,11 +34,21 @@ _MOST_DIGITS = 5  # of a value beside its interval, unless both ends then read t
 # Endings of parameter names that only repeat the unit.
 _UNIT_ENDINGS = (
     "_nm_s_per_rad",
+    "_n_s_per_m",
+    "_a_s_per_rad",
+    "_v_s_per_rad",
+    "_a_s_per_m",
+    "_v_s_per_m",
+    "_kg_m2",
+    "_kg",
+    "_m_s",
+    "_n_per_a",
+    "_n_per_v",
+    "_nm_per_v",
     "_nm_per_rad",
     "_nm_per_a",
     "_v_s_per_rad",
     "_n_per_m",
-    "_kg_m2",
     "_rad_s",
     "_ohm",
     "_rad",
@@ -54,6 +66,10 @@ _FULLER = {
     "static": "static torque",
     "stribeck": "Stribeck speed",
     "viscous": "viscous coefficient",
+    "coulomb_positive": "Coulomb level forwards",
+    "coulomb_negative": "Coulomb level backwards",
+    "viscous_positive": "viscous coefficient forwards",
+    "viscous_negative": "viscous coefficient backwards",
 }
 
 
@@ -109,10 +125,25 @@ def interval(one: FittedParameter) -> tuple[str, str, str, str]:
     """Value, low and high end of a parameter as numbers, and the unit they are in."""
     factor, unit = engineering(one.value or max(abs(one.low), abs(one.high)), one.unit)
     value, low, high = one.value * factor, one.low * factor, one.high * factor
+    if one.low == one.high == one.value == round(one.value) and unit in ("", "1"):
+        return f"{value:.0f}", f"{value:.0f}", f"{value:.0f}", unit  # a count
     places = decimals(value, low, high)
     if low < high and f"{low:.{places}f}" == f"{high:.{places}f}":
         places += 1
     return f"{value:.{places}f}", f"{low:.{places}f}", f"{high:.{places}f}", unit
+
+
+def measured(one: Measured) -> tuple[str, str, str]:
+    """Value with unit, interval and nominal value of what was measured; "-" where unknown."""
+    value, low, high, unit = interval(
+        FittedParameter(one.name, one.unit, one.value, one.low, one.high)
+    )
+    if one.name.startswith("relative_"):
+        return percent(one.value), "-", "-"
+    nominal = "-" if one.nominal is None else amount(one.nominal, one.unit, 5)
+    if one.low == one.high:
+        return amount(one.value, one.unit), "-", nominal
+    return joined(value, unit), f"{low} to {high}", nominal
 
 
 def with_interval(one: FittedParameter) -> str:

@@ -37,6 +37,7 @@ class Residual:
     after: FloatArray
     position_m: FloatArray
     position_name: str
+    position_unit: str
     speed: FloatArray
     speed_unit: str
     speed_name: str
@@ -55,7 +56,11 @@ def residual(diagnosis: Diagnosis) -> Residual | None:
     position_name = "rod position"
     if position is None or not np.isfinite(position).any():
         position, position_name = series.reference_m, "reference position"
-    if "rotor_velocity" in names:
+    if series.position is not None:
+        position, position_name = series.position, "position"
+    if series.speed is not None:
+        speed, speed_unit, speed_name = series.speed, series.speed_unit, "speed"
+    elif "rotor_velocity" in names:
         speed = series.recorded[names.index("rotor_velocity")]
         speed_unit, speed_name = "rad/s", "rotor speed"
     else:
@@ -70,6 +75,7 @@ def residual(diagnosis: Diagnosis) -> Residual | None:
         _finite(recorded - series.after[index]),
         position,
         position_name,
+        series.position_unit,
         speed,
         speed_unit,
         speed_name,
@@ -88,7 +94,7 @@ def figures(diagnosis: Diagnosis) -> str:
     both = bool(diagnosis.causes)
     made = [
         _over_time(diagnosis, left, both),
-        _over(left, left.position_m, "m", left.position_name, both),
+        _over(left, left.position_m, left.position_unit, left.position_name, both),
         _over(left, left.speed, left.speed_unit, left.speed_name, both),
         _spectrum(left, both),
     ]

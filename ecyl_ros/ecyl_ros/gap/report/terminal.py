@@ -21,6 +21,7 @@ def summary(diagnosis: Diagnosis, written: Sequence[str] = ()) -> str:
         textwrap.fill(sentence(diagnosis), _WIDTH),
         _causes(diagnosis),
         _signals(diagnosis),
+        _measured(diagnosis),
         "\n".join([*_where(diagnosis), *_runner_up(diagnosis), *_notes(diagnosis)]),
         "\n".join(f"{'written':<10}{_clean(one)}" for one in written),
     ]
@@ -76,6 +77,16 @@ def _signals(diagnosis: Diagnosis) -> str:
     if not both:  # after is before
         rows = [[row[0], row[1], row[3], row[4]] for row in rows]
     return _table(rows, range(1, len(rows[0])))
+
+
+def _measured(diagnosis: Diagnosis) -> str:
+    if not diagnosis.measured:
+        return ""
+    rows = [["measured", "value", "95 % interval", "nominal", ""]]
+    for one in diagnosis.measured:
+        value, span, nominal = q.measured(one)
+        rows.append([q.parameter_label(one.name), value, span, nominal, one.meaning])
+    return _table(rows, (1,))
 
 
 def _where(diagnosis: Diagnosis) -> list[str]:

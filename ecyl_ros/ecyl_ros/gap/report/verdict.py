@@ -6,6 +6,7 @@ from ..diagnosis import Cause, ConditionShare, Diagnosis, SignalGap
 from . import quantities as q
 from . import words
 
+_NOISE_NAME = "measurement noise"
 _NOISE = 1.2  # what is left is called measurement noise up to this multiple of the floor
 _TELLING = 1.5  # a condition is worth a word if it holds so many times its share of the time
 _MUCH = 0.3  # ... and this share of the gap
@@ -44,14 +45,20 @@ def _over_floor(diagnosis: Diagnosis, value: float) -> str:
     return q.times(value, diagnosis.floor)
 
 
+def _floor(diagnosis: Diagnosis, adjective: str = "measurement ") -> str:
+    """What a signal's floor is called."""
+    return f"its {adjective}noise" if diagnosis.floor_is == _NOISE_NAME else diagnosis.floor_is
+
+
 def _no_gap(diagnosis: Diagnosis) -> str:
     worst = strongest(diagnosis)
-    text = "There is no gap to explain: the nominal model already stands at the measurement noise"
+    at = "the measurement noise" if diagnosis.floor_is == _NOISE_NAME else diagnosis.floor_is
+    text = f"There is no gap to explain: the nominal model already stands at {at}"
     if worst is None:
         return f"{text}."
     return (
         f"{text}. The signal furthest from it, the {words.signal(worst.name)}, stands at "
-        f"{q.times(worst.gap, worst.floor)} times its noise."
+        f"{q.times(worst.gap, worst.floor)} times {_floor(diagnosis, '')}."
     )
 
 
@@ -111,10 +118,10 @@ def _sureness(diagnosis: Diagnosis) -> str:
 def _explained(diagnosis: Diagnosis) -> str:
     near = diagnosis.after <= _NOISE * diagnosis.floor
     left = (
-        "what is left is measurement noise"
+        f"what is left is {diagnosis.floor_is}"
         if near
-        else f"what is left is {_over_floor(diagnosis, diagnosis.after)} times the measurement "
-        "noise"
+        else f"what is left is {_over_floor(diagnosis, diagnosis.after)} times "
+        f"{'the ' if diagnosis.floor_is == _NOISE_NAME else ''}{diagnosis.floor_is}"
     )
     return (
         f"The gap is explained by {_named(diagnosis)}. {_adding(diagnosis)}; {left}."
@@ -128,7 +135,7 @@ def _partly(diagnosis: Diagnosis) -> str:
     if worst is not None:
         where = (
             f", most clearly in the {words.signal(worst.name)} "
-            f"({q.times(worst.after, worst.floor)} times its noise)"
+            f"({q.times(worst.after, worst.floor)} times {_floor(diagnosis, '')})"
         )
     return (
         f"The gap is partly explained by {_named(diagnosis)}. {_adding(diagnosis)}; structure "
@@ -143,7 +150,7 @@ def _unexplained(diagnosis: Diagnosis) -> str:
     if worst is not None:
         text += (
             f" It shows most clearly in the {words.signal(worst.name)}, at "
-            f"{q.times(worst.gap, worst.floor)} times its measurement noise"
+            f"{q.times(worst.gap, worst.floor)} times {_floor(diagnosis)}"
         )
         when = telling_condition(diagnosis)
         if when is not None:

@@ -57,7 +57,7 @@ def _rows(diagnosis: Diagnosis) -> list[tuple[str, str, float, float, str]]:
     if diagnosis.causes:
         name = "with it added" if len(diagnosis.causes) == 1 else "with them added"
         rows.append((name, "after", 0.0, diagnosis.after, size(diagnosis.after)))
-    rows.append(("measurement noise (floor)", "floor", 0.0, floor, _share(floor)))
+    rows.append((f"{diagnosis.floor_is} (floor)", "floor", 0.0, floor, _share(floor)))
     return rows
 
 

@@ -25,6 +25,8 @@ _CONDITIONS = {
     "high_torque": "at high torque",
     "position": "within one tenth of the stroke",
     "time": "within one tenth of the time",
+    "forwards": "on the way forwards",
+    "backwards": "on the way backwards",
 }
 _VERDICTS = {
     "no_gap": "No gap",
@@ -48,6 +50,8 @@ def signal(name: str) -> str:
 
 def condition(name: str) -> str:
     """When, as an adverb."""
+    if name.startswith("mode_"):
+        return f"in mode {name.removeprefix('mode_')}"
     return _CONDITIONS.get(name, name.replace("_", " "))
 
 

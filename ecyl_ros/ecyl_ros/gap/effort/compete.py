@@ -1,0 +1,320 @@
+"""Effects compete for what the nominal model leaves of the effort: forward selection, look-back.
+
+An effect has to earn its place twice: on stretches that its fit left out (cross-validation among
+the fitted ones), and on the held-out stretches, which no fit ever sees; each time by a good part of
+what stands above the floor and by more than the stretches differ among themselves.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Collection, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ..diagnosis import FloatArray
+from .balance import Balance, Solution
+from .search import frequencies, orders
+from .terms import Catalogue, Term
+
+LEAST_GAIN = 0.12  # of the squared residual above the floor
+SURE = 2.5  # standard errors over the stretches, fitted ones
+_HELD_SURE = 1.5  # the same on the held-out ones, which are fewer
+_SIMPLER = 0.85  # share of the best gain with which a simpler effect goes first
+_MOST = 8  # effects in a set
+AT_FLOOR = 1.1
+_WORST = 6.0  # times the median stretch: what one stretch counts at the most
+_SAME = 4  # periodic terms of one kind
+# Where two do nearly as well with as many parameters: what is common before what is rare.
+_RARE = {
+    "constant_load": 1,
+    "stribeck_friction": 1,
+    "spring_load": 2,
+    "periodic_disturbance": 2,
+    "torque_ripple": 2,
+    "load_dependent_friction": 2,
+    "friction_drift": 2,
+}
+
+
+@dataclass(frozen=True, eq=False)
+class Contest:
+    """What came out.
+
+    base: fit of what the file leaves out alone. winner: with the effects that earned their place.
+    order: their terms in the order of gain. path: fit after each was added. singles: base with one
+    effect added, best first. without: the set less one effect, refitted. rivals: the set with one
+    effect in another's place.
+    """
+
+    base: Solution
+    winner: Solution
+    order: tuple[Term, ...]
+    path: tuple[Solution, ...]
+    singles: tuple[Solution, ...]
+    without: dict[str, Solution]
+    rivals: tuple[Solution, ...]
+    fits: int
+    tried: dict[str, float] = field(default_factory=dict)
+
+
+def compete(
+    balance: Balance,
+    catalogue: Catalogue,
+    floor: float,
+    without: Collection[str] = (),
+    progress: Callable[[float], None] = lambda share: None,
+) -> Contest:
+    """Find the set of effects that explains the balance.
+
+    Args:
+        balance, catalogue: of one recording.
+        floor: standard deviation below which there is nothing to explain.
+        without: effects to do without.
+        progress: called with the share done.
+    """
+    return _Run(balance, catalogue, floor, without, progress).run()
+
+
+class _Run:
+    def __init__(
+        self,
+        balance: Balance,
+        catalogue: Catalogue,
+        floor: float,
+        without: Collection[str],
+        progress: Callable[[float], None],
+    ) -> None:
+        self.balance, self.catalogue, self.floor = balance, catalogue, floor
+        self.barred = set(without)
+        self.progress = progress
+        self.fits = 0
+        self.unknown = catalogue.unknown()
+        self.tried: dict[str, float] = {}
+
+    def run(self) -> Contest:
+        base = self._fit([])
+        chosen: list[Term] = []
+        current = base
+        singles: list[Solution] = []
+        for number in range(_MOST):
+            candidates = self._candidates(current, chosen)
+            ranked = self._ranked(current, chosen, candidates, number == 0)
+            if number == 0:
+                singles = [self._fit([one]) for _, one in ranked[:8]]
+            self.progress(min(0.9, (number + 1) / 6.0))
+            taken = self._take(current, chosen, ranked)
+            if taken is None:
+                break
+            chosen = self._look_back(self._swapped(taken))
+            current = self._fit(chosen)
+            if current.scale <= AT_FLOOR * self.floor and self._held_rms(current) <= (
+                AT_FLOOR * self.floor
+            ):
+                break
+        chosen = self._look_back(chosen)
+        current = self._fit(chosen)
+        order, path = self._ordered(chosen)
+        less = {}
+        for effect in dict.fromkeys(one.effect for one in chosen):
+            less[effect] = self._fit([one for one in chosen if one.effect != effect])
+        rivals = self._rivals(current, chosen)
+        return Contest(
+            base, current, order, path, tuple(singles), less, rivals, self.fits, self.tried
+        )
+
+    def _fit(self, terms: Sequence[Term]) -> Solution:
+        self.fits += 1
+        return self.balance.fit([*self.unknown, *terms])
+
+    def _held_rms(self, solution: Solution) -> float:
+        return float(np.sqrt(np.mean(solution.residual[self.balance.judged] ** 2)))
+
+    def _surplus(self, costs: FloatArray) -> float:
+        """Squared residual above the floor; a floor of unsure size leaves something."""
+        mean = float(np.mean(costs))
+        return max(mean - self.floor**2, 0.02 * mean, 1e-300)
+
+    def _candidates(self, current: Solution, chosen: Sequence[Term]) -> list[Term]:
+        catalogue = self.catalogue
+        explained = current.explained(self.balance.nominal)
+        found = [*catalogue.simple(), *catalogue.dependent(explained)]
+        residual = current.residual
+        kinds = [one.effect for one in chosen]
+        if kinds.count("cogging_torque") < _SAME:
+            taken = [one.key for one in chosen]
+            made = [catalogue.cogging(order) for order in orders(self.balance, catalogue, residual)]
+            made += [
+                catalogue.ripple(order)
+                for order in orders(self.balance, catalogue, residual, by_effort=True)
+            ]
+            found += [one for one in made if one.key not in taken]
+        if kinds.count("periodic_disturbance") < _SAME:
+            found += [catalogue.disturbance(f) for f in frequencies(self.balance, residual)]
+        held = {one.effect for one in chosen}
+        finer = {name for one in chosen for name in one.refines}
+        several = ("cogging_torque", "torque_ripple", "periodic_disturbance")
+        return [
+            one
+            for one in found
+            if one.effect not in self.barred
+            and (one.effect not in held or one.effect in several)
+            and one.effect not in finer
+        ]
+
+    def _with(self, chosen: Sequence[Term], added: Term) -> list[Term]:
+        return [one for one in chosen if one.effect not in added.refines] + [added]
+
+    def _ranked(
+        self,
+        current: Solution,
+        chosen: Sequence[Term],
+        candidates: Sequence[Term],
+        first: bool,
+    ) -> list[tuple[float, Term]]:
+        """Candidates by the share of the surplus that they take off where cross-validated."""
+        balance = self.balance
+        now = balance.cross_validated([*self.unknown, *chosen], current.scale)
+        cap = _cap(now)
+        now = np.minimum(now, cap)
+        surplus = self._surplus(now)
+        found = []
+        best: dict[str, float] = {}
+        for one in candidates:
+            # A look at the plain fit first: what takes off little there need not be validated.
+            plain = self._fit(self._with(chosen, one))
+            quick = np.minimum(balance.costs(plain, current.scale, balance.fitted), cap)
+            if float(np.mean(now)) - float(np.mean(quick)) < 0.5 * LEAST_GAIN * surplus:
+                continue
+            then = balance.cross_validated([*self.unknown, *self._with(chosen, one)], current.scale)
+            self.fits += balance.FOLDS
+            if then.size != now.size or not np.all(np.isfinite(then)):
+                continue
+            gain = now - np.minimum(then, cap)
+            share = float(np.mean(gain)) / surplus
+            best[one.effect] = max(best.get(one.effect, -math.inf), share)
+            if share >= LEAST_GAIN and _sure(gain) >= SURE and self._holds(current, plain):
+                found.append((share, one))
+        if first:
+            self.tried = best
+        found.sort(key=lambda pair: -pair[0])
+        return found
+
+    def _holds(self, current: Solution, then: Solution) -> bool:
+        """Whether the gain is there on the stretches that nothing was fitted to."""
+        balance = self.balance
+        before = balance.costs(current, current.scale, balance.judged)
+        after = balance.costs(then, current.scale, balance.judged)
+        cap = _cap(before)
+        gain = np.minimum(before, cap) - np.minimum(after, cap)
+        surplus = self._surplus(np.minimum(before, cap))
+        return float(np.mean(gain)) >= 0.5 * LEAST_GAIN * surplus and _sure(gain) >= _HELD_SURE
+
+    def _take(
+        self, current: Solution, chosen: Sequence[Term], ranked: Sequence[tuple[float, Term]]
+    ) -> list[Term] | None:
+        """The set with the best candidate; a simpler one that does nearly as well goes first."""
+        if not ranked:
+            return None
+        top = ranked[0][0]
+        near = [
+            (one.size, _RARE.get(one.effect, 0), -share, one)
+            for share, one in ranked
+            if share >= _SIMPLER * top
+        ]
+        picked = min(near, key=lambda item: item[:3])[3]
+        return self._with(chosen, picked)
+
+    def _swapped(self, chosen: Sequence[Term]) -> list[Term]:
+        """Put others in the place of effects that did best only while the set was smaller."""
+        balance = self.balance
+        kept = list(chosen)
+        for old in list(kept[:-1]):
+            rest = [one for one in kept if one is not old]
+            full = self._fit(kept)
+            now = balance.cross_validated([*self.unknown, *kept], full.scale)
+            cap = _cap(now)
+            now = np.minimum(now, cap)
+            surplus = self._surplus(now)
+            plain = []
+            for one in self._candidates(self._fit(rest), rest):
+                if one.size <= old.size and one.key != old.key:
+                    fit = self._fit(self._with(rest, one))
+                    costs = np.minimum(balance.costs(fit, full.scale, balance.fitted), cap)
+                    plain.append((float(np.mean(costs)), one, fit))
+            for _, one, fit in sorted(plain, key=lambda item: item[0])[:2]:
+                then = balance.cross_validated([*self.unknown, *self._with(rest, one)], full.scale)
+                self.fits += balance.FOLDS
+                if then.size != now.size or not np.all(np.isfinite(then)):
+                    continue
+                gain = now - np.minimum(then, cap)
+                better = float(np.mean(gain)) >= LEAST_GAIN * surplus and _sure(gain) >= SURE
+                if better and self._holds(full, fit):
+                    kept = self._with(rest, one)
+                    break
+        return kept
+
+    def _look_back(self, chosen: Sequence[Term]) -> list[Term]:
+        """Leave out what is no longer missed."""
+        balance = self.balance
+        kept = list(chosen)
+        while len(kept) > 1:
+            full = self._fit(kept)
+            now = balance.cross_validated([*self.unknown, *kept], full.scale)
+            cap = _cap(now)
+            now = np.minimum(now, cap)
+            surplus = self._surplus(now)
+            weakest, least = None, math.inf
+            for one in kept:
+                rest = [other for other in kept if other is not one]
+                then = balance.cross_validated([*self.unknown, *rest], full.scale)
+                # Leaving it out may hurt in few places, but there as much as it likes.
+                loss = np.minimum(then, 4.0 * cap) - now
+                self.fits += balance.FOLDS
+                share = float(np.mean(loss)) / surplus
+                missed = share >= LEAST_GAIN and _sure(loss) >= SURE
+                if not missed and share < least:
+                    weakest, least = one, share
+            if weakest is None:
+                break
+            kept.remove(weakest)
+        return kept
+
+    def _ordered(self, chosen: Sequence[Term]) -> tuple[tuple[Term, ...], tuple[Solution, ...]]:
+        """The terms from the one that takes off most on, and the fits on the way."""
+        left, taken, path = list(chosen), list[Term](), list[Solution]()
+        while left:
+            fits = [(self._held_rms(fit := self._fit([*taken, one])), fit, one) for one in left]
+            _, fit, one = min(fits, key=lambda item: item[0])
+            taken.append(one)
+            left.remove(one)
+            path.append(fit)
+        return tuple(taken), tuple(path)
+
+    def _rivals(self, winner: Solution, chosen: Sequence[Term]) -> tuple[Solution, ...]:
+        """The set with each effect replaced by each other one."""
+        found = []
+        held = {one.effect for one in chosen}
+        for out in dict.fromkeys(one.effect for one in chosen):
+            rest = [one for one in chosen if one.effect != out]
+            current = self._fit(rest)
+            for one in self._candidates(current, rest):
+                if one.effect != out and one.effect not in held:
+                    found.append(self._fit(self._with(rest, one)))
+        found.sort(key=self._held_rms)
+        return tuple(found[:12])
+
+
+def _cap(costs: FloatArray) -> float:
+    """What the cost of one stretch counts at the most: one mishap must not decide."""
+    known = costs[np.isfinite(costs)]
+    return _WORST * float(np.median(known)) if known.size else math.inf
+
+
+def _sure(gain: FloatArray) -> float:
+    """Mean over its standard error."""
+    if gain.size < 3:
+        return 0.0
+    spread = float(np.std(gain, ddof=1)) / math.sqrt(gain.size)
+    return float(np.mean(gain)) / spread if spread > 0.0 else math.copysign(math.inf, gain.mean())

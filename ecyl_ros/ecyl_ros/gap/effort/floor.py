@@ -1,0 +1,82 @@
+"""How well a measured effort repeats: the floor of a drive whose noise nobody has stated.
+
+What no function of position, speed and acceleration can explain is estimated from pairs of instants
+in the same state of motion at different times (Gamma test: Stefansson, Koncar, Jones, "A note on
+the Gamma test", Neural Computing & Applications 5, 1997): half the squared difference of their
+efforts, extrapolated to a distance of zero between the states.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from ..diagnosis import FloatArray
+from .balance import Balance, Solution
+
+_NEIGHBOURS = 12
+_APART = 2  # stretches between two instants that count as different times, at the least
+_NEAR = 0.3  # of the spread of the state: neighbours further away say nothing
+
+
+def repeatability(balance: Balance, broad: Solution, periodic: bool) -> float | None:
+    """Standard deviation of the filtered effort that does not repeat; None where no state does.
+
+    Args:
+        balance: the recording.
+        broad: a fit that takes the smooth dependence on the motion away, so that the distance of
+            neighbours matters little.
+        periodic: the position counts modulo one turn.
+    """
+    motion = balance.motion
+    rows = np.flatnonzero(balance.usable)
+    position = motion.filtered(motion.position)[rows]
+    state = [motion.filtered(motion.velocity)[rows], motion.filtered(motion.acceleration)[rows]]
+    state = [one / (float(np.std(one)) or 1.0) for one in state]
+    if periodic:
+        state += [np.cos(position) * math.sqrt(2.0), np.sin(position) * math.sqrt(2.0)]
+    else:
+        state.append(position / (float(np.std(position)) or 1.0))
+    points = np.stack(state, axis=1)
+    values = broad.residual[rows]
+    stretch = balance.stretch[rows]
+    distance, index = cKDTree(points).query(points, k=min(8 * _NEIGHBOURS, rows.size))
+    # Neighbours in time are neighbours in state: only other times count.
+    other = np.abs(stretch[index] - stretch[:, None]) >= _APART
+    return _extrapolated(distance, index, other, values)
+
+
+def _extrapolated(
+    distance: FloatArray, index: np.ndarray, other: np.ndarray, values: FloatArray
+) -> float | None:
+    near = other & (distance < _NEAR * math.sqrt(distance.shape[1] ** 0.0 * 3.0))
+    rank = np.cumsum(near, axis=1)
+    squared, halves = [], []
+    for number in range(1, _NEIGHBOURS + 1):
+        at = near & (rank == number)
+        rows = np.flatnonzero(at.any(axis=1))
+        if rows.size < 100:
+            break
+        column = np.argmax(at[rows], axis=1)
+        difference = values[rows] - values[index[rows, column]]
+        squared.append(float(np.mean(distance[rows, column] ** 2)))
+        # A median is not led astray by the few pairs at a reversal.
+        halves.append(0.5 * float(np.median(difference**2)) / 0.455)
+    if len(squared) < 4:
+        return None
+    slope, intercept = np.polyfit(squared, halves, 1)
+    least = 0.25 * halves[0]
+    value = intercept if slope > 0.0 else float(np.mean(halves))
+    return math.sqrt(max(value, least))
+
+
+def white_floor(balance: Balance, effort_noise: float | None) -> float:
+    """Standard deviation of white noise within the band: stated, or from above the band."""
+    motion = balance.motion
+    share = min(2.0 * motion.bandwidth_hz / motion.rate_hz, 1.0)
+    if effort_noise is not None:
+        return effort_noise * math.sqrt(share)
+    second = np.diff(motion.effort[motion.usable], 3)
+    return 1.4826 * float(np.median(np.abs(second))) / math.sqrt(20.0) * math.sqrt(share)

@@ -1,0 +1,378 @@
+"""A recording as motion and effort on one even grid, and the band in which the two can be compared.
+
+As in the inverse dynamic identification method (Gautier, "Dynamic identification of robots with
+power model", 1997; Janot, Vandanjon, Gautier, 2014): position is low-passed forwards and backwards,
+without shift of phase, before central differences give speed and acceleration; effort and every
+column that is compared with it then pass one and the same low-pass ("parallel filter") and are
+decimated to what that leaves of information.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import butter, sosfiltfilt, welch
+
+from ...errors import InputError
+from ...recording.signals import FOREIGN_SIGNALS, SIGNALS, Recording
+from ..diagnosis import BoolArray, FloatArray
+from .machine import EFFORTS, Machine
+
+_ORDER = 4  # of the low-passes, run forwards and backwards
+_DERIVATIVE = 2.5  # cutoff before differentiating, over the bandwidth
+_SAMPLES_PER_PERIOD = 2.5  # of the bandwidth's frequency, after decimation
+_HIGHEST = 0.2  # of the sampling rate: a bandwidth above it is not asked for
+_POWER = 0.997  # share of the effort's power that the band holds
+_NOISE = 0.05  # share of the acceleration's power that may be noise
+_LONGEST_GAP = 5  # missing samples in a row that are bridged
+_SETTLE = 1.0  # periods of the bandwidth's frequency left out at ends and gaps
+_EVEN = 0.02  # steps of the stamps may differ by this share and still be called even
+
+
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """What a recording holds of a rigid drive, evenly sampled; float64[n] in SI of the output.
+
+    Attributes:
+        position, velocity, acceleration: low-passed without phase, cutoff 2.5 x `bandwidth_hz`.
+        raw_position: as recorded (bridged over short gaps).
+        recorded_velocity, reference_position, reference_velocity: NaN where not recorded.
+        effort: in `effort_unit`; NaN throughout where there is none.
+        effort_unit: N, N m where the drive file's gain is known or not needed, else that of the
+            recorded signal.
+        other_effort: what the file's controller asks for where `effort` was recorded, and what was
+            recorded where `effort` is what it asks for; NaN throughout where one of them is not
+            known.
+        mode: NaN where not recorded.
+        usable: bool[n], False beside gaps, at the ends and where another mode ruled.
+        position_noise: standard deviation of the position's noise.
+        bandwidth_hz: of the comparison. step: samples of the grid per compared sample.
+        notes: what was found lacking.
+    """
+
+    time_s: FloatArray
+    position: FloatArray
+    velocity: FloatArray
+    acceleration: FloatArray
+    raw_position: FloatArray
+    recorded_velocity: FloatArray
+    reference_position: FloatArray
+    reference_velocity: FloatArray
+    effort: FloatArray
+    effort_unit: str
+    effort_name: str
+    other_effort: FloatArray
+    mode: FloatArray
+    usable: BoolArray
+    rate_hz: float
+    position_noise: float
+    bandwidth_hz: float
+    step: int
+    notes: tuple[str, ...] = ()
+    _sos: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 6)))
+
+    @property
+    def rows(self) -> NDArray[np.int64]:
+        """int64[m], the samples of the grid that are compared."""
+        return np.arange(self.step // 2, self.time_s.size, self.step)
+
+    def filtered(self, columns: FloatArray) -> FloatArray:
+        """Columns float64[..., n] through the parallel filter, at `rows`: float64[..., m]."""
+        made: FloatArray = sosfiltfilt(self._sos, columns, axis=-1, padlen=self._pad)
+        return made[..., self.rows]
+
+    @property
+    def _pad(self) -> int:
+        return min(self.time_s.size - 1, int(3 * self.rate_hz / self.bandwidth_hz))
+
+
+def motion_of(
+    recording: Recording, machine: Machine, source: str, mode: float | None = None
+) -> Motion:
+    """The motion and effort that a recording holds of `machine`.
+
+    mode: only where the recorded mode has this value.
+
+    Raises:
+        InputError: no position or speed of the output, too few samples, or no sample of the mode.
+    """
+    grid, rate, notes = _grid(recording, source)
+    take = _Taker(recording, grid, rate)
+    linear = machine.linear
+    position = take("rod_position_m" if linear else "rotor_position_rad")
+    if not linear and not np.isfinite(position).any():
+        position = take("load_position_rad")
+    recorded = take("rod_velocity_m_per_s" if linear else "rotor_velocity_rad_per_s")
+    if not linear and not np.isfinite(recorded).any():
+        recorded = take("load_velocity_rad_per_s")
+    known = np.isfinite(position)
+    from_speed = not known.any()
+    if from_speed and not np.isfinite(recorded).any():
+        wanted = "rod_position_m" if linear else "rotor_position_rad"
+        held = ", ".join(name for name in (*SIGNALS, *FOREIGN_SIGNALS) if recording.has(name))
+        raise InputError(
+            f"{source}: {wanted} is missing; expected the position of the {machine.output} output "
+            f"(recorded: {held or 'nothing'})"
+        )
+    if from_speed:
+        known = np.isfinite(recorded)
+        speed = _bridged(recorded, known)
+        position = np.concatenate([[0.0], np.cumsum(0.5 * (speed[1:] + speed[:-1])) / rate])
+        notes.append("no position recorded: it was integrated from speed, its start is unknown")
+    effort, unit, name = _effort(take, machine, notes)
+    modes = take.held("mode")
+    position = _bridged(position, known)
+    usable = _wide(known, rate)
+    with_effort = np.isfinite(effort)
+    if with_effort.any():
+        usable &= _wide(with_effort, rate)
+        effort = _bridged(effort, with_effort)
+    if mode is not None:
+        usable &= modes == mode
+        if not usable.any():
+            found = np.unique(modes[np.isfinite(modes)])
+            had = ", ".join(f"{one:g}" for one in found[:8]) or "none"
+            raise InputError(f"{source}: mode {mode:g} does not occur; modes recorded: {had}")
+    noise = machine.position_noise
+    if noise is None:
+        noise = position_noise(position, rate, usable)
+    noise = max(noise, (machine.position_resolution or 0.0) / math.sqrt(12.0))
+    bandwidth = machine.bandwidth_hz
+    if bandwidth is None:
+        bandwidth = bandwidth_of(position, effort, rate, noise, usable)
+    bandwidth = min(bandwidth, 0.4 * rate)
+    cutoff = min(_DERIVATIVE * bandwidth, 0.45 * rate)
+    sos = butter(_ORDER, cutoff, fs=rate, output="sos")
+    if from_speed:
+        velocity = _low_passed(sos, _bridged(recorded, known))
+        smooth = position
+    else:
+        smooth = _low_passed(sos, position)
+        velocity = np.gradient(smooth, 1.0 / rate)
+    settle = max(3, round(_SETTLE * rate / bandwidth))
+    return Motion(
+        time_s=grid,
+        position=smooth,
+        velocity=velocity,
+        acceleration=np.gradient(velocity, 1.0 / rate),
+        raw_position=position,
+        recorded_velocity=recorded,
+        reference_position=take(f"reference_position_{'m' if linear else 'rad'}"),
+        reference_velocity=take(f"reference_velocity_{'m' if linear else 'rad'}_per_s"),
+        effort=effort,
+        effort_unit=unit,
+        effort_name=name,
+        other_effort=_other(take, machine),
+        mode=modes,
+        usable=_eroded(usable, settle),
+        rate_hz=rate,
+        position_noise=noise,
+        bandwidth_hz=bandwidth,
+        step=max(1, int(rate / (_SAMPLES_PER_PERIOD * bandwidth))),
+        notes=tuple(notes),
+        _sos=butter(_ORDER, bandwidth, fs=rate, output="sos"),
+    )
+
+
+def _grid(recording: Recording, source: str) -> tuple[FloatArray, float, list[str]]:
+    if len(recording) < 64:
+        raise InputError(f"{source}: {len(recording)} samples, expected at least 64")
+    steps = np.diff(recording.time_s)
+    typical = float(np.median(steps))
+    # A mean over all but the longest pauses does not round as a median of stamps in ms does.
+    rate = 1.0 / float(steps[steps < 3.0 * typical].mean())
+    grid = np.arange(math.floor(recording.duration_s * rate + 1e-6) + 1) / rate
+    notes = []
+    uneven = float(np.mean(np.abs(steps * rate - 1.0) > _EVEN))
+    if uneven > 0.0:
+        notes.append(
+            f"uneven stamps: {100.0 * uneven:.1f} % of the steps are off {1e3 / rate:.3g} ms by "
+            f"more than {100.0 * _EVEN:.0f} %; everything was put on an even grid"
+        )
+    return grid, rate, notes
+
+
+class _Taker:
+    """Signals of a recording on an even grid."""
+
+    def __init__(self, recording: Recording, grid: FloatArray, rate: float) -> None:
+        self._recording, self._grid, self._rate = recording, grid, rate
+
+    def __call__(self, name: str) -> FloatArray:
+        """Linear between samples; NaN where the nearest one is too far or unknown."""
+        values = self._recording.signal(name)
+        known = np.isfinite(values)
+        if known.sum() < 2:
+            return np.full(self._grid.size, np.nan)
+        times = self._recording.time_s[known]
+        made = np.interp(self._grid, times, values[known], left=np.nan, right=np.nan)
+        after = np.clip(np.searchsorted(times, self._grid), 1, times.size - 1)
+        made[times[after] - times[after - 1] > (_LONGEST_GAP + 1.5) / self._rate] = np.nan
+        return made
+
+    def held(self, name: str) -> FloatArray:
+        """The last value at or before each instant: for what switches."""
+        values = self._recording.signal(name)
+        known = np.isfinite(values)
+        if not known.any():
+            return np.full(self._grid.size, np.nan)
+        times = self._recording.time_s[known]
+        last = np.searchsorted(times, self._grid + 1e-9, side="right") - 1
+        return np.where(last >= 0, values[known][np.maximum(last, 0)], np.nan)
+
+
+def _effort(take: _Taker, machine: Machine, notes: list[str]) -> tuple[FloatArray, str, str]:
+    own = "N" if machine.linear else "N m"
+    kind = machine.actuation
+    if kind == "loop":
+        return loop_effort(take, machine), own if machine.gain else "1", "effort"
+    if kind is None:
+        order = ("force", "torque", "current", "voltage")
+        if not machine.linear:
+            order = ("torque", "current", "voltage", "force")
+        found = [one for one in order if np.isfinite(take(EFFORTS[one][0])).any()]
+        if not found:
+            return np.full_like(take("mode"), np.nan), own, "effort"
+        kind = found[0]
+    field_name, unit = EFFORTS[kind]
+    values = take(field_name)
+    gain = machine.gain
+    if gain is None and unit == own:
+        gain = 1.0
+    if gain is None:
+        return values, unit, kind
+    if not np.isfinite(values).any():
+        notes.append(f"no {kind} recorded")
+    return gain * values, own, "force" if machine.linear else "torque"
+
+
+def _other(take: _Taker, machine: Machine) -> FloatArray:
+    nothing = np.full_like(take("mode"), np.nan)
+    if not machine.loop_known:
+        return nothing
+    if machine.actuation != "loop":
+        return loop_effort(take, machine)
+    own = "force" if machine.linear else "torque"
+    for kind, factor in ((own, 1.0), ("current", machine.gain), ("voltage", machine.gain)):
+        values = take(EFFORTS[kind][0])
+        if np.isfinite(values).any():
+            return (factor or 1.0) * values
+    return nothing
+
+
+def loop_effort(take: _Taker, machine: Machine) -> FloatArray:
+    """What the file's controller asks for, from the recorded reference and motion.
+
+    The cascade u = kp_v (kp_p (r - q) + f dr/dt - dq/dt) + ki_v x integral of that error, held to
+    the limit and late by the delay; in the output's effort where the gain is known.
+    """
+    end = "m" if machine.linear else "rad"
+    rate = take._rate
+    position = take("rod_position_m" if machine.linear else "rotor_position_rad")
+    speed = take("rod_velocity_m_per_s" if machine.linear else "rotor_velocity_rad_per_s")
+    if not np.isfinite(speed).any():
+        # The backward difference of the mean of two samples, as encoders are commonly read.
+        speed = np.empty_like(position)
+        speed[2:] = 0.5 * rate * (position[2:] - position[:-2])
+        speed[:2] = speed[2]
+    wanted = take(f"reference_velocity_{end}_per_s")
+    reference = take(f"reference_position_{end}")
+    if machine.position_kp:
+        slope = np.gradient(reference, 1.0 / rate)
+        given = np.where(np.isfinite(wanted), wanted, slope)
+        error = machine.position_kp * (reference - position) + machine.feedforward * given - speed
+    else:
+        error = wanted - speed
+    command = (machine.speed_kp or 0.0) * error
+    if machine.speed_ki:
+        command += machine.speed_ki * np.nancumsum(error) / rate
+    if machine.command_limit is not None:
+        command = np.clip(command, -machine.command_limit, machine.command_limit)
+    late = round(machine.delay_s * rate)
+    if late:
+        command = np.concatenate([np.full(late, np.nan), command[:-late]])
+    return (machine.gain or 1.0) * command
+
+
+def _bridged(values: FloatArray, known: BoolArray) -> FloatArray:
+    index = np.arange(values.size)
+    return np.interp(index, index[known], values[known])
+
+
+def _wide(known: BoolArray, rate: float) -> BoolArray:
+    """False only where more than a few samples in a row are missing."""
+    return ~_eroded(~known, _LONGEST_GAP // 2 + 1, outside=False) | known
+
+
+def _eroded(mask: BoolArray, by: int, outside: bool = True) -> BoolArray:
+    """True where all samples within `by` are; beyond the ends counts as False if `outside`."""
+    padded = np.concatenate([np.full(by, not outside), mask, np.full(by, not outside)])
+    summed = np.concatenate([[0], np.cumsum(~padded)])
+    width = 2 * by + 1
+    clear: BoolArray = summed[width:] - summed[:-width] == 0
+    return clear
+
+
+def _low_passed(sos: NDArray[np.float64], values: FloatArray) -> FloatArray:
+    """Zero-phase; the straight line through the ends is set aside, so that turns add no step."""
+    line = np.linspace(values[0], values[-1], values.size)
+    made: FloatArray = sosfiltfilt(sos, values - line) + line
+    return made
+
+
+def _spectrum(values: FloatArray, rate: float) -> tuple[FloatArray, FloatArray]:
+    segment = int(min(values.size, max(256, 2.0 * rate)))
+    frequency, density = welch(values, rate, nperseg=segment, detrend="constant")
+    return frequency, density
+
+
+def _second_difference(rate: float, frequency: FloatArray) -> FloatArray:
+    """Squared gain of the second difference over time."""
+    gain: FloatArray = (2.0 * np.sin(np.pi * frequency / rate)) ** 4 * rate**4
+    return gain
+
+
+def position_noise(position: FloatArray, rate: float, usable: BoolArray) -> float:
+    """Standard deviation of the position's white noise, from the top of its spectrum.
+
+    Not below what the smallest step between recorded values makes as rounding.
+    """
+    second = np.diff(position[usable], 2) * rate**2
+    frequency, density = _spectrum(second, rate)
+    top = frequency > 0.35 * rate
+    white = float(np.median(density[top] / _second_difference(rate, frequency[top])))
+    steps = np.abs(np.diff(position[usable]))
+    smallest = float(np.min(steps[steps > 1e-12 * max(np.ptp(position), 1e-300)], initial=np.inf))
+    crowd = float(np.mean((steps > 0.5 * smallest) & (steps < 1.5 * smallest) | (steps == 0.0)))
+    rounding = smallest / math.sqrt(12.0) if crowd > 0.2 and math.isfinite(smallest) else 0.0
+    return max(math.sqrt(max(white, 0.0) * rate / 2.0), rounding, 1e-12)
+
+
+def bandwidth_of(
+    position: FloatArray, effort: FloatArray, rate: float, noise: float, usable: BoolArray
+) -> float:
+    """Hz up to which effort and acceleration both say more than their noise.
+
+    The frequency that holds 99.7 % of the effort's power (of the acceleration's, where there is no
+    effort), unless noise of the position would by then be more than a twentieth of the
+    acceleration's power; never above a fifth of the sampling rate.
+    """
+    second = np.diff(position[usable], 2) * rate**2
+    frequency, density = _spectrum(second, rate)
+    shape = _second_difference(rate, frequency)
+    rough = 2.0 * noise**2 / rate * shape
+    signal = np.cumsum(np.maximum(density - rough, 0.0))
+    quiet = np.cumsum(rough) <= _NOISE * np.maximum(signal, 1e-300)
+    quiet[: max(2, int(2.0 / frequency[1]))] = True
+    limit = float(frequency[np.flatnonzero(quiet)[-1]])
+    if np.isfinite(effort).all() and float(np.ptp(effort)) > 0.0:
+        frequency, density = _spectrum(effort[usable] - effort[usable].mean(), rate)
+        density = np.maximum(density - np.median(density[frequency > 0.4 * rate]), 0.0)
+        held = np.cumsum(density)
+    else:
+        held = signal
+    reach = float(frequency[int(np.searchsorted(held, _POWER * held[-1]))])
+    return max(min(reach, limit, _HIGHEST * rate), 4.0 * frequency[1])

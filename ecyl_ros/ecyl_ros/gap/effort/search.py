@@ -1,0 +1,119 @@
+"""Orders over the position and frequencies over time of what the balance leaves."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from scipy.signal import find_peaks
+
+from ..diagnosis import FloatArray
+from .balance import Balance
+from .terms import Catalogue
+
+_MOST = 3  # peaks tried
+_POINTS = 8_000_000  # sines of one scan at the most
+_LEAST_PERIODS = 2.5  # within the travel or the time
+
+
+def _power(
+    values: FloatArray, along: FloatArray, rates: FloatArray, weight: FloatArray
+) -> FloatArray:
+    """How much of `values` a sine of each rate takes off by least squares (Lomb, 1976), float64[k].
+
+    rates: evenly spaced. weight: what the sine is multiplied with (ones, or the effort).
+    """
+    made = np.empty(rates.size)
+    total = float(np.sum(values**2))
+    along = along - along.mean()
+    spacing = float(rates[1] - rates[0]) if rates.size > 1 else 0.0
+    turn = np.exp(1j * spacing * along)
+    squares = weight**2
+    both = float(squares.sum())
+    aim = values * weight
+    for index in range(rates.size):
+        # Turned on from rate to rate; begun anew now and then, so that rounding does not add up.
+        if index % 256 == 0:
+            wave = np.exp(1j * rates[index] * along)
+        product = aim @ wave
+        double = squares @ (wave * wave)
+        cc, ss, cs = 0.5 * (both + double.real), 0.5 * (both - double.real), 0.5 * double.imag
+        yc, ys = product.real, product.imag
+        determinant = max(cc * ss - cs**2, 1e-9 * both**2 + 1e-300)
+        made[index] = (yc**2 * ss - 2.0 * yc * ys * cs + ys**2 * cc) / determinant
+        wave = wave * turn
+    return made / max(total, 1e-300)
+
+
+def _peaks(
+    values: FloatArray, along: FloatArray, rates: FloatArray, weight: FloatArray, count: int
+) -> list[float]:
+    power = _power(values, along, rates, weight)
+    top, _ = find_peaks(np.concatenate([[0.0], power, [0.0]]))
+    top = top - 1
+    top = top[np.argsort(-power[top])][:count]
+    return [float(rates[one]) for one in top if power[one] > 0.01]
+
+
+def orders(
+    balance: Balance, catalogue: Catalogue, residual: FloatArray, by_effort: bool = False
+) -> list[float]:
+    """Periods per radian of the turn (per m over a straight output without a lead), best first.
+
+    Whole numbers of periods per turn where the output turns round: what repeats with the angle of
+    a shaft does so after a turn.
+    """
+    motion = balance.motion
+    angle, name, _ = catalogue.turn
+    rows = np.flatnonzero(balance.fitted)
+    position = angle[motion.rows][rows]
+    travel = float(np.ptp(position))
+    if not travel > 0.0:
+        return []
+    speed = float(np.quantile(np.abs(np.gradient(angle, 1.0 / motion.rate_hz)), 0.5))
+    highest = math.tau * motion.bandwidth_hz / max(speed, 1e-12)
+    lowest = _LEAST_PERIODS * math.tau / travel
+    if not highest > 1.5 * lowest:
+        return []
+    weight = balance.effort[rows] if by_effort else np.ones(rows.size)
+    values = residual[rows] - np.mean(residual[rows])
+    limit = max(64, _POINTS // rows.size)
+    if name != "period_m" and travel > 2.0 * math.tau:
+        rates = np.arange(max(1.0, math.ceil(lowest)), min(highest, 1000.0))
+        return _peaks(values, position, rates[:limit], weight, _MOST)
+    spacing = 0.3 * math.tau / travel
+    rates = np.arange(lowest, highest, max(spacing, (highest - lowest) / limit))
+    return [
+        _refined(values, position, rate, spacing, weight)
+        for rate in _peaks(values, position, rates, weight, _MOST)
+    ]
+
+
+def frequencies(balance: Balance, residual: FloatArray) -> list[float]:
+    """Hz of the strongest lines over time within the band, best first."""
+    rows = np.flatnonzero(balance.fitted)
+    time = balance.time_s[rows]
+    length = float(np.ptp(time))
+    if not length > 0.0:
+        return []
+    values = residual[rows] - np.mean(residual[rows])
+    lowest, highest = _LEAST_PERIODS / length, 0.9 * balance.motion.bandwidth_hz
+    limit = max(64, _POINTS // rows.size)
+    spacing = 0.3 / length
+    rates = np.arange(lowest, highest, max(spacing, (highest - lowest) / limit)) * math.tau
+    weight = np.ones(rows.size)
+    return [
+        _refined(values, time, rate, spacing * math.tau, weight) / math.tau
+        for rate in _peaks(values, time, rates, weight, _MOST)
+    ]
+
+
+def _refined(
+    values: FloatArray, along: FloatArray, rate: float, spacing: float, weight: FloatArray
+) -> float:
+    """The rate near `rate` that takes off most."""
+    for width in (1.0, 0.2):
+        around = rate + np.linspace(-width, width, 21) * spacing
+        around = around[around > 0.0]
+        rate = float(around[int(np.argmax(_power(values, along, around, weight)))])
+    return rate
