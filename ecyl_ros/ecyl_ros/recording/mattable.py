@@ -11,6 +11,7 @@ import numpy as np
 
 from ..errors import InputError
 from .columns import Columns
+from .matcheck import MatError, check_mat
 from .signals import FloatArray
 
 _DEEPEST = 8
@@ -66,6 +67,12 @@ class MatTable:
             raise InputError(
                 f"{self.path}: is a MAT file of version 7.3, expected 7 or older (save(..., '-v7'))"
             )
+        try:
+            check_mat(self.path)
+        except MatError as error:
+            raise InputError(f"{self.path}: is no MAT file, or damaged: {error}") from None
+        except OSError as error:
+            raise InputError(f"{self.path}: cannot be read: {error.strerror}") from None
         try:
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore")

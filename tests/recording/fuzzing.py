@@ -1,0 +1,409 @@
+"""Files of every kind that is read, changed at random, and what a reader may make of them."""
+
+from __future__ import annotations
+
+import io
+import json
+import re
+import signal
+import sqlite3
+import struct
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+from types import FrameType
+
+import numpy as np
+from mcap.writer import CompressionType, Writer
+from recording_samples import made
+from scipy.io import savemat
+
+from ecyl_ros.drive.drive_file import config_folder, load_drive
+from ecyl_ros.errors import InputError
+from ecyl_ros.recording.bag import Bag, in_time_order, read_bag
+from ecyl_ros.recording.csvfile import write_csv
+from ecyl_ros.recording.load import load_recording
+from ecyl_ros.recording.map import SignalMap, load_map, parse_map
+from ecyl_ros.recording.mapped import read_mapped
+from ecyl_ros.recording.messages import definition, typestore
+from ecyl_ros.recording.propose import propose
+from ecyl_ros.recording.survey import survey
+from ecyl_ros.recording.writer import write_recording
+
+KINDS = ("mcap", "sqlite3", "csv", "mat", "drive", "map", "metadata")
+SLOWEST_S = 10.0
+
+CONTROLLER_STATE = """std_msgs/Header header
+string[] joint_names
+trajectory_msgs/JointTrajectoryPoint reference
+trajectory_msgs/JointTrajectoryPoint feedback
+================================================================================
+MSG: std_msgs/Header
+builtin_interfaces/Time stamp
+string frame_id
+================================================================================
+MSG: trajectory_msgs/JointTrajectoryPoint
+float64[] positions
+float64[] velocities
+float64[] accelerations
+float64[] effort
+builtin_interfaces/Duration time_from_start
+================================================================================
+MSG: builtin_interfaces/Time
+int32 sec
+uint32 nanosec
+================================================================================
+MSG: builtin_interfaces/Duration
+int32 sec
+uint32 nanosec
+"""
+STATE_TYPE = "control_msgs/msg/JointTrajectoryControllerState"
+
+
+class Hang(BaseException):
+    """A reader took longer than `SLOWEST_S`; no `except Exception` may swallow it."""
+
+
+def point(values: tuple[float, ...]) -> bytes:
+    """A JointTrajectoryPoint of positions alone, aligned to 8 bytes from its own start."""
+    data = struct.pack("<I", len(values))
+    data += b"\0" * 4 + struct.pack(f"<{len(values)}d", *values)
+    return data + struct.pack("<III", 0, 0, 0) + struct.pack("<iI", 0, 0)
+
+
+def controller_state(stamp_ns: int, reference: float, feedback: float) -> bytes:
+    """A JointTrajectoryControllerState of joints `base` and `cylinder`, written byte by byte."""
+    body = struct.pack("<iI", stamp_ns // 10**9, stamp_ns % 10**9)
+    body += struct.pack("<I", 1) + b"\0" * 4  # frame_id, padded
+    body += struct.pack("<I", 2)
+    for name in (b"base\0", b"cylinder\0"):
+        body += b"\0" * (-len(body) % 4) + struct.pack("<I", len(name)) + name
+    for value in (reference, feedback):
+        body += b"\0" * (-len(body) % 4) + struct.pack("<I", 2)
+        body += b"\0" * (-len(body) % 8) + struct.pack("<2d", -1.0, value)
+        body += struct.pack("<III", 0, 0, 0) + struct.pack("<iI", 0, 0)
+    return b"\0\1\0\0" + body
+
+
+def foreign_mcap(path: Path, count: int = 60, **options: object) -> None:
+    """A bag as a ros2_control machine leaves it: state, joints, commands; by the mcap package."""
+    types = typestore().types
+    with path.open("wb") as file:
+        writer = Writer(file, **options)  # type: ignore[arg-type]
+        writer.start("ros2", "test")
+        channels = {}
+        for name, kind, text in (
+            ("/controller/state", STATE_TYPE, CONTROLLER_STATE),
+            ("/commands", "std_msgs/msg/Float64MultiArray", None),
+            ("/joint_states", "sensor_msgs/msg/JointState", None),
+        ):
+            schema = writer.register_schema(kind, "ros2msg", (text or definition(kind)).encode())
+            channels[name] = writer.register_channel(name, "cdr", schema)
+        for i in range(count):
+            at = 10**9 + i * 10**6
+            value = 0.01 * np.sin(0.1 * i)
+            layout = types["std_msgs/msg/MultiArrayLayout"](dim=[], data_offset=0)
+            commands = types["std_msgs/msg/Float64MultiArray"](
+                layout=layout, data=np.array([value, -1.0])
+            )
+            stamp = types["builtin_interfaces/msg/Time"](sec=at // 10**9, nanosec=at % 10**9)
+            joints = types["sensor_msgs/msg/JointState"](
+                header=types["std_msgs/msg/Header"](stamp=stamp, frame_id=""),
+                name=["base", "cylinder"],
+                position=np.array([0.0, value]),
+                velocity=np.array([0.0, value]),
+                effort=np.array([0.0, 10.0 * value]),
+            )
+            for name, data in (
+                ("/controller/state", controller_state(at, value, value + 1e-5)),
+                ("/commands", typestore().serialize_cdr(commands, commands.__msgtype__)),
+                ("/joint_states", typestore().serialize_cdr(joints, joints.__msgtype__)),
+            ):
+                writer.add_message(channels[name], at + 200_000, bytes(data), at + 200_000)
+        writer.finish()
+
+
+def as_sqlite(source: Path, target: Path) -> None:
+    """The same messages as a sqlite3 bag."""
+    write_sqlite(read_bag(source), target)
+
+
+def write_sqlite(bag: Bag, target: Path) -> None:
+    """A sqlite3 bag of rosbag2's fourth schema, by sqlite3 alone."""
+    base = sqlite3.connect(target)
+    base.executescript(
+        """
+        PRAGMA synchronous = OFF;
+        CREATE TABLE schema(schema_version INTEGER PRIMARY KEY, ros_distro TEXT NOT NULL);
+        CREATE TABLE metadata(id INTEGER PRIMARY KEY, metadata_version INTEGER NOT NULL,
+                              metadata TEXT NOT NULL);
+        CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT NOT NULL, type TEXT NOT NULL,
+                            serialization_format TEXT NOT NULL,
+                            offered_qos_profiles TEXT NOT NULL,
+                            type_description_hash TEXT NOT NULL);
+        CREATE TABLE message_definitions(id INTEGER PRIMARY KEY, topic_type TEXT NOT NULL,
+                                         encoding TEXT NOT NULL,
+                                         encoded_message_definition TEXT NOT NULL,
+                                         type_description_hash TEXT NOT NULL);
+        CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id INTEGER NOT NULL,
+                              timestamp INTEGER NOT NULL, data BLOB NOT NULL);
+        CREATE INDEX timestamp_idx ON messages (timestamp ASC);
+        INSERT INTO schema VALUES (4, 'jazzy');
+        """
+    )
+    ids = {name: i + 1 for i, name in enumerate(bag.topics)}
+    for name, topic in bag.topics.items():
+        base.execute(
+            "INSERT INTO topics VALUES (?, ?, ?, 'cdr', '', '')", (ids[name], name, topic.type)
+        )
+        base.execute(
+            "INSERT INTO message_definitions VALUES (?, ?, ?, ?, '')",
+            (ids[name], topic.type, topic.definition_encoding, topic.definition),
+        )
+    base.executemany(
+        "INSERT INTO messages(topic_id, timestamp, data) VALUES (?, ?, ?)",
+        ((ids[name], stamp, data) for stamp, name, data in in_time_order(bag)),
+    )
+    base.commit()
+    base.close()
+
+
+MAP = """schema: ecyl.map/1
+stamp: header
+joint: cylinder
+signals:
+  reference_position: {topic: /controller/state, field: reference.positions, unit: mm, scale: 1e3}
+  rod_position: {topic: /joint_states, field: position, sign: -1}
+  effort: "/joint_states.effort[1]"
+"""
+METADATA = """rosbag2_bagfile_information:
+  version: 9
+  storage_identifier: mcap
+  duration: {nanoseconds: 59000000}
+  message_count: 180
+  compression_format: ""
+  compression_mode: ""
+  relative_file_paths:
+    - a.mcap
+"""
+
+
+def seeds(folder: Path) -> dict[str, list[bytes]]:
+    """Good files of each kind."""
+    recording = made(60)
+    out: dict[str, list[bytes]] = {kind: [] for kind in KINDS}
+    write_recording(recording, folder / "own.mcap")
+    out["mcap"].append((folder / "own.mcap").read_bytes())
+    variants: list[dict[str, object]] = [
+        {"compression": CompressionType.NONE, "use_chunking": False},
+        {"compression": CompressionType.NONE, "chunk_size": 4000, "enable_crcs": False},
+        {"compression": CompressionType.LZ4, "chunk_size": 4000},
+        {"compression": CompressionType.ZSTD, "enable_crcs": False},
+    ]
+    for i, options in enumerate(variants):
+        foreign_mcap(folder / f"{i}.mcap", **options)
+        out["mcap"].append((folder / f"{i}.mcap").read_bytes())
+    for i, source in enumerate(("own.mcap", "0.mcap")):
+        as_sqlite(folder / source, folder / f"{i}.db3")
+        out["sqlite3"].append((folder / f"{i}.db3").read_bytes())
+    write_csv(recording, folder / "a.csv")
+    out["csv"].append((folder / "a.csv").read_bytes())
+    rows = "\n".join(f"{i};{0.001 * i:.4f};{i % 7}".replace(".", ",") for i in range(60))
+    out["csv"].append(f"time;pos [mm];note\nms;mm;\n{rows}\n".encode("latin-1"))
+    listed = "\n".join(f'S,{20000 * i},"[{i}.0, 0.5]"' for i in range(60))
+    out["csv"].append(f"# made\ntype,timestamp,positions\n{listed}\n".encode())
+    out["csv"].append(b"\n".join(b"%d %g %g" % (i, 0.1 * i, 2.0) for i in range(60)))
+    time = np.arange(60) * 1e-3
+    for options in ({}, {"do_compression": True}, {"format": "4"}):
+        tree: dict[str, object] = {"t": time, "q": np.sin(time)[:, None], "kp": 3.0}
+        if "format" not in options:
+            tree["out"] = {"x": time, "signals": [{"values": np.ones((60, 2))}, {"values": time}]}
+            tree["name"] = "drive"
+        stream = io.BytesIO()
+        savemat(stream, tree, **options)
+        out["mat"].append(stream.getvalue())
+    out["drive"] = [path.read_bytes() for path in sorted(config_folder().glob("*.yaml"))]
+    out["map"] = [MAP.encode(), b"time: {field: t, unit: ms}\nsignals: {rod_position: q}\n"]
+    out["metadata"] = [METADATA.encode(), METADATA.replace("mcap", "sqlite3").encode()]
+    return out
+
+
+WORDS = (
+    *(b"nan", b"1e999", b"-1", b"0", b'"', b"[", b"]", b"{", b"}", b"*a", b"&a ", b"\n", b","),
+    *(b";", b"9999999999999999999", b"!!python/object:x", b"0x1", b": ", b"\t", b"~", b"true"),
+    *(b"", b" ", b"mm", b"rad", b"header", b"bag", b"'", b"\xc2\xb5", b"|", b"- ", b"?", b"%"),
+)
+
+
+def mutated(kind: str, data: bytes, others: list[bytes], random: np.random.Generator) -> bytes:
+    """A good file of a kind, changed at random.
+
+    Text is changed by words as often as by bytes. Of bags every other one is changed in a message,
+    a definition or a name and put together again, so that no checksum gives it away.
+    """
+    if kind in ("csv", "drive", "map", "metadata") and random.random() < 0.7:
+        return _reworded(data, random)
+    if kind in ("mcap", "sqlite3") and random.random() < 0.5:
+        return _remade(kind, data, random)
+    out = data
+    for _ in range(int(random.integers(1, 4))):
+        out = _changed(out, others, random)
+    return out
+
+
+def _changed(data: bytes, others: list[bytes], random: np.random.Generator) -> bytes:
+    """One change: bytes, extremes, cuts, repeats, pieces of other files."""
+    out = bytearray(data)
+    size = max(len(out), 1)
+    at = int(random.integers(0, size))
+    run = max(int(min(random.geometric(0.1), size - at)), 1)
+    how = int(random.integers(0, 8))
+    if how == 0:
+        out[at : at + 1] = bytes([int(random.integers(0, 256))])
+    elif how == 1:
+        extreme = (b"\xff" * 8, b"\0" * 8, b"\x7f" + b"\xff" * 7, b"\xff\xff\xff\x7f")
+        chosen = extreme[int(random.integers(0, len(extreme)))]
+        out[at : at + len(chosen)] = chosen
+    elif how == 2:
+        del out[at : at + run]
+    elif how == 3:
+        out[at:at] = random.integers(0, 256, run, dtype=np.uint8).tobytes()
+    elif how == 4:
+        out[at:at] = bytes(out[at : at + 10 * run])
+    elif how == 5:
+        other = others[int(random.integers(0, len(others)))]
+        place = int(random.integers(0, max(len(other), 1)))
+        out[at : at + run] = other[place : place + run]
+    elif how == 6 and random.random() < 0.2:
+        del out[at:]
+    elif out:
+        out[at] ^= 1 << int(random.integers(0, 8))
+    return bytes(out)
+
+
+def _reworded(data: bytes, random: np.random.Generator) -> bytes:
+    """One or two words, lines or cells of a text changed."""
+    parts = re.split(rb"([\s,;:\[\]{}]+)", data)
+    for _ in range(int(random.integers(1, 3))):
+        at = int(random.integers(0, len(parts)))
+        how = int(random.integers(0, 5))
+        if how == 0:
+            parts[at] = WORDS[int(random.integers(0, len(WORDS)))]
+        elif how == 1:
+            parts[at] = parts[int(random.integers(0, len(parts)))]
+        elif how == 2:
+            parts[at] += WORDS[int(random.integers(0, len(WORDS)))]
+        elif how == 3:
+            parts[at] = b""
+        else:
+            digits = bytes(48 + int(one) for one in random.integers(0, 10, random.integers(1, 25)))
+            parts[at] = digits
+    return b"".join(parts)
+
+
+def _remade(kind: str, data: bytes, random: np.random.Generator) -> bytes:
+    """A bag whose messages, definitions or names were changed before it was written."""
+    with tempfile.TemporaryDirectory() as name:
+        suffix = ".mcap" if kind == "mcap" else ".db3"
+        source, target = Path(name, f"source{suffix}"), Path(name, f"target{suffix}")
+        source.write_bytes(data)
+        bag = read_bag(source)
+        topics = list(bag.topics.values())
+        victim = topics[int(random.integers(0, len(topics)))]
+        what = random.random()
+        if what < 0.6:
+            for _ in range(int(random.integers(1, 4))):
+                i = int(random.integers(0, len(victim.data)))
+                victim.data[i] = _changed(victim.data[i], victim.data, random)
+        elif what < 0.75:
+            # The same change in every message: another, valid structure, or none.
+            place, value = int(random.integers(0, 40)), int(random.integers(0, 256))
+            victim.data = [one[:place] + bytes([value]) + one[place + 1 :] for one in victim.data]
+        elif what < 0.9:
+            text = victim.definition.encode()
+            text = (
+                _reworded(text, random) if random.random() < 0.7 else _changed(text, [text], random)
+            )
+            victim.definition = text.decode("utf-8", "replace")
+        else:
+            places = random.integers(0, len(victim.log_time_ns), 5)
+            for i in places.tolist():
+                victim.log_time_ns[i] = int(random.integers(0, 2**62))
+        if kind == "sqlite3":
+            write_sqlite(bag, target)
+        else:
+            with target.open("wb") as file:
+                writer = Writer(file, compression=CompressionType.NONE)
+                writer.start("ros2", "test")
+                ids = {}
+                for topic in topics:
+                    schema = writer.register_schema(
+                        topic.type, topic.definition_encoding, topic.definition.encode()
+                    )
+                    ids[topic.name] = writer.register_channel(topic.name, "cdr", schema)
+                for stamp, topic_name, message in in_time_order(bag):
+                    writer.add_message(ids[topic_name], stamp, message, stamp)
+                writer.finish()
+        return target.read_bytes()
+
+
+def _read_bag(path: Path) -> None:
+    proposal = propose(survey(path))
+    if proposal.map is not None:
+        read_mapped(path, proposal.map)
+    if proposal.map is None or proposal.remarks == OWN:
+        load_recording(path)
+
+
+def _read_map(path: Path) -> None:
+    found = load_map(path)
+    assert isinstance(found, SignalMap)
+
+
+OWN = ("the topics are those of this project",)
+_RATED = parse_map({"signals": {"rod_position": "q"}, "rate": 1000}, "rated")
+
+
+def _read_mat(path: Path) -> None:
+    proposal = propose(survey(path))
+    read_mapped(path, proposal.map or _RATED)
+
+
+def _read_metadata(path: Path) -> None:
+    survey(path.parent)
+
+
+READERS: dict[str, tuple[str, Callable[[Path], None]]] = {
+    "mcap": ("a.mcap", _read_bag),
+    "sqlite3": ("a.db3", _read_bag),
+    "csv": ("a.csv", _read_bag),
+    "mat": ("a.mat", _read_mat),
+    "drive": ("drive.yaml", lambda path: load_drive(path) and None),
+    "map": ("map.yaml", _read_map),
+    "metadata": ("metadata.yaml", _read_metadata),
+}
+
+
+def tried(kind: str, data: bytes, folder: Path) -> str:
+    """`read` or `refused`; raises whatever else comes out of a reader, and `Hang`."""
+    own = folder / kind
+    own.mkdir(exist_ok=True)
+    name, read = READERS[kind]
+    path = own / name
+    path.write_bytes(data)
+
+    def late(number: int, frame: FrameType | None) -> None:
+        raise Hang(f"{kind}: longer than {SLOWEST_S:g} s")
+
+    before = signal.signal(signal.SIGALRM, late)
+    signal.setitimer(signal.ITIMER_REAL, SLOWEST_S)
+    try:
+        read(path)
+    except InputError as error:
+        text = str(error)
+        assert "\n" not in text and len(text) < 2000, json.dumps(text[:3000])
+        return "refused"
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        signal.signal(signal.SIGALRM, before)
+    return "read"
