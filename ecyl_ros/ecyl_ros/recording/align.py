@@ -126,7 +126,11 @@ def _base(streams: list[Stream]) -> Stream:
         for one in streams
         if any(not name.startswith("reference_") for name in one.signals) and one.step_ns > 0
     ]
-    return min(measured or streams, key=lambda one: round(one.step_ns / 1e3) / 1e3 or math.inf)
+    # In whole us: of topics that are equally fast but for jitter the first is taken.
+    return min(
+        measured or streams,
+        key=lambda one: round(one.step_ns / 1e3) if one.step_ns > 0.0 else math.inf,
+    )
 
 
 def _fit(one: Stream) -> ClockFit | None:

@@ -11,12 +11,13 @@ import struct
 import zlib
 from pathlib import Path
 
-MI_INT8, MI_INT32, MI_UINT32, MI_MATRIX, MI_COMPRESSED = 1, 5, 6, 14, 15
+MI_INT8, MI_INT32, MI_UINT32, MI_MATRIX, MI_COMPRESSED, MI_UTF8 = 1, 5, 6, 14, 15, 16
 # Type of data -> bytes of one entry.
 NUMBERS = {1: 1, 2: 1, 3: 2, 4: 2, 5: 4, 6: 4, 7: 4, 9: 8, 12: 8, 13: 8}
 LETTERS = {**NUMBERS, 16: 1, 17: 2, 18: 4}
 CELL, STRUCT, OBJECT, CHAR, SPARSE, FUNCTION, OPAQUE = 1, 2, 3, 4, 5, 16, 17
 NUMERIC = range(6, 16)
+LOGICAL = 0x200
 _DEEPEST = 30
 _MOST_ELEMENTS = 200_000
 _LARGEST = 2**31  # bytes of one variable unpacked
@@ -105,14 +106,15 @@ class _Walk:
             self._rest(data, at, end, depth)
             return
         kind, start, size, at = self._tag(data, at, end)
-        if kind != MI_INT32 or size % 4 or not 8 <= size <= 128:
+        # Some writers call dimensions unsigned and names UTF-8; scipy takes these, too.
+        if kind not in (MI_INT32, MI_UINT32) or size % 4 or not 8 <= size <= 128:
             raise MatError(f"the matrix at byte {start - 8} has no dimensions")
         dims = struct.unpack_from(f"{self.order}{size // 4}i", data, start)
         count = math.prod(dims)
         if min(dims) < 0 or count > _LARGEST:
             raise MatError(f"the matrix at byte {start - 8} has dimensions {dims[:4]}")
         kind, start, size, at = self._tag(data, at, end)
-        if kind != MI_INT8:
+        if kind not in (MI_INT8, MI_UTF8):
             raise MatError(f"the matrix at byte {start - 8} has no name")
         if own in NUMERIC:
             for _ in range(2 if is_complex else 1):
@@ -124,7 +126,8 @@ class _Walk:
         elif own == SPARSE:
             for _ in range(4 if is_complex else 3):
                 kind, start, size, at = self._tag(data, at, end)
-                if kind not in NUMBERS or size % NUMBERS[kind]:
+                # MATLAB 7 says of logical values that they are doubles, and writes bytes.
+                if kind not in NUMBERS or (size % NUMBERS[kind] and not flags & LOGICAL):
                     raise MatError(f"the numbers at byte {start - 8} are of type {kind}")
         elif own in (STRUCT, OBJECT):
             self._structure(data, at, end, count, own == OBJECT, depth)
