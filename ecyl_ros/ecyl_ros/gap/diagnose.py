@@ -4,17 +4,18 @@ shrinks out."""
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Sequence
 
 import numpy as np
 
 from ..drive.parameters import DriveParameters
 from ..drive.stability import check_stability
 from ..effects.catalogue import CATALOGUE
-from ..effects.effect import BLOCKS
 from ..errors import InputError
 from ..recording.signals import Recording
 from .attribute import Competition, compete, misfit
+from .block import unnamed_block
+from .constancy import Inconstancy, without_stand_ins
 from .diagnosis import Candidate, Cause, Diagnosis, FittedParameter, Series
 from .fit import Fit, Fitter
 from .intervals import intervals
@@ -74,14 +75,16 @@ def diagnose(
     tell = progress or (lambda share: None)
     tell(0.02)
     no_gap = at_floor(nominal, replay)
+    odd: tuple[Inconstancy, ...] = ()
     if no_gap:
         competition = Competition(nominal, (), nominal, (), {}, 1)
     else:
         names = [name for name in CATALOGUE if name not in without]
         competition = compete(
-            fitter, nominal, names, lambda stage, share: tell(0.02 + 0.95 * share)
+            fitter, nominal, names, lambda stage, share: tell(0.02 + 0.93 * share)
         )
-    result = _assemble(replay, fitter, competition, no_gap, source, drive_name, begin)
+        competition, odd = without_stand_ins(competition, fitter)
+    result = _assemble(replay, fitter, competition, odd, no_gap, source, drive_name, begin)
     tell(1.0)
     return result
 
@@ -104,6 +107,7 @@ def _assemble(
     replay: Replay,
     fitter: Fitter,
     competition: Competition,
+    odd: Sequence[Inconstancy],
     no_gap: bool,
     source: str,
     drive_name: str,
@@ -118,7 +122,7 @@ def _assemble(
     floor = pooled(replay, np.ones(len(replay.signals)))
     before = in_all(nominal)
     place = standing(competition, fitter.perfect)
-    notes = list(replay.notes)
+    notes = [*replay.notes, *(_stand_in(one) for one in odd)]
     causes: list[Cause] = []
     chain = _steps(fitter, competition) if winner.names else []
     surplus = max(before - floor, 1e-12)
@@ -166,7 +170,8 @@ def _assemble(
     final = winner if named else nominal
     after = in_all(final)
     shrink = max(0.0, min(1.0, (before - after) / surplus)) if named else 0.0
-    block = _block(competition)
+    ports = by_port(replay)
+    block = unnamed_block(competition, ports)
     if no_gap:
         verdict, block = "no_gap", None
     elif not named:
@@ -188,7 +193,7 @@ def _assemble(
         signals=by_signal(replay, nominal, final, held),
         when=by_condition(replay, nominal.gap) if not no_gap else (),
         frequency_hz=by_frequency(replay, nominal.gap) if not no_gap else (),
-        ports=by_port(replay),
+        ports=ports,
         causes=tuple(causes) if named else (),
         before=before,
         after=after,
@@ -230,12 +235,9 @@ def _ranked(competition: Competition) -> list[Fit]:
     return sorted(unique.values(), key=lambda one: one.judged)[:12]
 
 
-def _block(competition: Competition) -> str | None:
-    """The block that the best effects act in, where none of them is named."""
-    best: dict[str, float] = {}
-    for one in competition.singles:
-        block = CATALOGUE[one.names[0]].block
-        best[block] = min(best.get(block, np.inf), one.judged)
-    if not best:
-        return None
-    return min(BLOCKS, key=lambda block: best.get(block, np.inf))
+def _stand_in(one: Inconstancy) -> str:
+    sizes = ", ".join(f"{size:g}" for size in one.sizes)
+    return (
+        f"{CATALOGUE[one.effect].title} comes near, but would need another size with "
+        f"{one.condition} (times {sizes}): it stands for something else"
+    )

@@ -38,7 +38,13 @@ def cost(gap: FloatArray, rows: BoolArray) -> float:
 
 def robust_mean_square(values: FloatArray) -> float:
     """Cauchy's mean square of differences in noise floors, see `cost`."""
-    return float(np.mean(LOSS_SCALE**2 * np.log1p((values / LOSS_SCALE) ** 2)))
+    return float(np.mean(robust_squares(values)))
+
+
+def robust_squares(values: FloatArray) -> FloatArray:
+    """Cauchy's square of each difference in noise floors, see `cost`."""
+    squares: FloatArray = LOSS_SCALE**2 * np.log1p((values / LOSS_SCALE) ** 2)
+    return squares
 
 
 @dataclass(frozen=True)

@@ -186,8 +186,19 @@ def _controller(replay: Replay) -> PortCheck | None:
         return None
     left = left - savgol_filter(left, points, 1)
     stated = replay.proportional_noise_v
-    rms = float(np.sqrt(np.median(left[replay.usable] ** 2) / 0.455))
+    # Impacts between two samples are not in what the cascade is fed with here.
+    rms = _typical(left[replay.usable])
     return PortCheck("controller", "voltage commanded on measured signals", "V", rms, stated)
+
+
+def _typical(left: FloatArray) -> float:
+    """RMS that the median of a normal distribution's square suggests."""
+    return float(np.sqrt(np.nanmedian(left**2) / 0.455))
+
+
+def _check(block: str, what: str, unit: str, left: FloatArray, floor: float) -> PortCheck:
+    rms = float(np.sqrt(np.nanmean(left**2)))
+    return PortCheck(block, what, unit, rms, floor, _typical(left))
 
 
 def _physics(replay: Replay) -> list[PortCheck]:
@@ -224,8 +235,7 @@ def _physics(replay: Replay) -> list[PortCheck]:
             + (motor.inductance * noise * slope) ** 2
             + (motor.back_emf_constant * floors.get("rotor_velocity", 0.0) * average) ** 2
         )
-        rms = float(np.sqrt(np.nanmean(left**2)))
-        found.append(PortCheck("motor_electrical", "voltage balance", "V", rms, floor))
+        found.append(_check("motor_electrical", "voltage balance", "V", left, floor))
     torque = evidence.torque_nm
     if np.isfinite(torque).sum() > 50:
         inertia = motor.rotor_inertia + replay.drive.load.inertia
@@ -233,12 +243,10 @@ def _physics(replay: Replay) -> list[PortCheck]:
             motor.torque_constant * floors["current_q"] * average,
             inertia * floors.get("rotor_velocity", 0.0) * slope,
         )
-        rms = float(np.sqrt(np.nanmean(torque**2)))
-        found.append(PortCheck("motor_mechanical", "torque balance in contact", "N m", rms, floor))
+        found.append(_check("motor_mechanical", "torque balance in contact", "N m", torque, floor))
     rod = evidence.rod_error_rad[replay.usable]
     if np.isfinite(rod).any():
         ratio = replay.drive.transmission.rod_per_rotor
         floor = math.hypot(floors["rod_position"] / ratio, floors["rotor_position"])
-        rms = float(np.sqrt(np.nanmean(rod**2)))
-        found.append(PortCheck("transmission", "rod against rotor", "rad", rms, floor))
+        found.append(_check("transmission", "rod against rotor", "rad", rod, floor))
     return found
