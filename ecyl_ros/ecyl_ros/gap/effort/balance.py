@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import lsq_linear
+from scipy.optimize import nnls
 from scipy.stats import t as student
 
 from ..diagnosis import BoolArray, FloatArray
@@ -266,8 +266,12 @@ def _solve(
     # The same minimum as of the tall problem: gram = L L', aim = L y.
     values, vectors = np.linalg.eigh(gram)
     root = np.sqrt(np.maximum(values, 1e-12 * values[-1]))
-    bounded = lsq_linear(
-        root[:, None] * vectors.T, (vectors.T @ aim) / root, bounds=(low * size, np.inf)
-    )
-    result: FloatArray = np.maximum(bounded.x / size, low)
+    system, aim = root[:, None] * vectors.T, (vectors.T @ aim) / root
+    # What is bounded is counted from its bound; what is free is the difference of two parts.
+    floor = np.where(np.isfinite(low), low * size, 0.0)
+    free = np.flatnonzero(~np.isfinite(low))
+    parts, _ = nnls(np.concatenate([system, -system[:, free]], axis=1), aim - system @ floor)
+    scaled_found = floor + parts[: low.size]
+    scaled_found[free] -= parts[low.size :]
+    result: FloatArray = scaled_found / size
     return result

@@ -22,10 +22,10 @@ LEAST_GAIN = 0.12  # of the squared residual above the floor
 SURE = 2.5  # standard errors over the stretches, fitted ones
 _HELD_SURE = 1.5  # the same on the held-out ones, which are fewer
 _SIMPLER = 0.85  # share of the best gain with which a simpler effect goes first
-_MOST = 8  # effects in a set
+_MOST = 8  # terms in a set
 AT_FLOOR = 1.1
 _WORST = 6.0  # times the median stretch: what one stretch counts at the most
-_SAME = 4  # periodic terms of one kind
+_SAME = 5  # periodic terms of one kind
 # Where two do nearly as well with as many parameters: what is common before what is rare.
 _RARE = {
     "constant_load": 1,

@@ -42,8 +42,11 @@ _LATE = 1.5  # sampling periods: a delay below is that of sampling and holding
 # real drive is what its best model could reach at all, and friction alone rarely gets there.
 _HELPS = 0.25
 _BLOCKS = {"gravity_on_arm": "load"}
+_FINER = 0.8  # a floor below this share of the last one has the effects compete anew
 _CERTAIN = 0.97  # the most that a cause found by effort is believed
-_LEAST = 0.2  # a cause that this many others could take the place of is not named
+_LEAST = 0.2  # a cause less sure than this is named only if without it (or its like) ...
+_MISSED = 0.1  # ... so large a share of the gap comes back
+_SMALL = 0.03  # share of the gap that an effect has to take off to be named
 _ALIKE = 1.02  # sets that leave so much at the most cannot be told apart
 _UNLIKELY = 0.33  # weight of what gives the same columns as what is named, but is less common
 _TOO_LITTLE = 24  # compared samples per second of use: fewer stretches say nothing
@@ -89,8 +92,13 @@ def diagnose_effort(
             f"{source}: {int(balance.usable.sum())} samples can be compared, expected at least "
             f"{8 * _TOO_LITTLE}: more seconds, or fewer gaps"
         )
-    floor, floor_is = _floor(balance, catalogue, machine)
-    contest = compete(balance, catalogue, floor, without, lambda share: tell(0.1 + 0.8 * share))
+    floor, floor_is = _floor(balance, catalogue, machine, _broad(balance, catalogue))
+    contest = compete(balance, catalogue, floor, without, lambda share: tell(0.1 + 0.4 * share))
+    # What depends on time, or varies fast over the position, does not repeat until it is known.
+    finer, finer_is = _floor(balance, catalogue, machine, contest.winner)
+    if finer < _FINER * floor:
+        floor, floor_is = finer, finer_is
+        contest = compete(balance, catalogue, floor, without, lambda share: tell(0.5 + 0.4 * share))
     made = _Judgement(balance, catalogue, contest, floor, floor_is, mode)
     result = made.diagnosis(source, drive_name, begin, recording)
     tell(1.0)
@@ -114,12 +122,20 @@ def _check(motion: Motion, machine: Machine, source: str) -> None:
         raise InputError(f"{source}: the effort never changes; expected a recorded effort")
 
 
-def _floor(balance: Balance, catalogue: Catalogue, machine: Machine) -> tuple[float, str]:
-    broad = [*catalogue.unknown(), catalogue.viscous(), catalogue.constant(), catalogue.spring()]
+def _broad(balance: Balance, catalogue: Catalogue) -> Solution:
+    """A fit that takes most of the smooth dependence on the motion away."""
+    terms = [*catalogue.unknown(), catalogue.viscous(), catalogue.constant(), catalogue.spring()]
     if catalogue.both_ways:
-        broad.append(catalogue.by_direction())
+        terms.append(catalogue.by_direction())
+    return balance.fit(terms)
+
+
+def _floor(
+    balance: Balance, catalogue: Catalogue, machine: Machine, fit: Solution
+) -> tuple[float, str]:
+    """Standard deviation of what does not repeat once `fit` is taken away, and what it is."""
     turns = not machine.linear and catalogue.turns
-    repeats = repeatability(balance, balance.fit(broad), turns)
+    repeats = repeatability(balance, fit, turns)
     noise = machine.effort_noise
     gain = machine.gain if balance.motion.effort_unit in ("N", "N m") else None
     if noise is not None and gain is not None:
@@ -153,7 +169,9 @@ class _Judgement:
         self.whole = balance.fit(contest.winner.terms, balance.usable)
         self.spans = balance.intervals(self.whole, balance.usable)
         self.notes: list[str] = []
-        self._sure: dict[str, tuple[float, float]] = {}
+        self._sure: dict[str, tuple[float, float, float]] = {}
+        self._alike: dict[str, tuple[str, ...]] = {}
+        self._shares: dict[str, float] = {}
 
     def rms(self, solution: Solution, rows: BoolArray | None = None) -> float:
         """Of what a solution leaves on `rows`, held-out ones unless told."""
@@ -171,7 +189,7 @@ class _Judgement:
         no_gap = before <= NO_GAP_RATIO * self.floor
         helps = before - best >= _HELPS * surplus
         named = bool(causes) and helps and not no_gap
-        while named and any(self._unsure(one) for one in self.contest.order):
+        if named and any(self._unsure(one) for one in self.contest.order):
             causes = self._sure_ones(causes, before, surplus)
             contest, best = self.contest, self.rms(self.contest.winner)
             named = bool(causes) and before - best >= _HELPS * surplus
@@ -232,32 +250,39 @@ class _Judgement:
     def _causes(self, before: float, surplus: float) -> list[Cause]:
         contest = self.contest
         found = []
+        shares: dict[str, float] = {}
         previous = before
         for term, fit in zip(contest.order, contest.path, strict=True):
             now = self.rms(fit)
             lost = self.rms(contest.without[term.effect]) - self.rms(contest.winner)
             known = CATALOGUE.get(term.effect)
-            acts, sure, alternatives = self._certainty(term, lost)
-            self._sure[term.key] = (acts, sure)
+            if term.key not in self._sure:  # judged once, beside its rivals and with all others
+                acts, sure, alternatives = self._certainty(term, lost)
+                self._sure[term.key] = (acts, sure, lost / surplus)
+                self._alike[term.key] = alternatives
+            shares[term.effect] = shares.get(term.effect, 0.0) + (previous - now) / surplus
             found.append(
                 Cause(
                     effect=term.effect,
                     block=known.block if known else _BLOCKS.get(term.effect, "load"),
                     title=known.title if known else term.effect.replace("_", " "),
-                    confidence=sure,
+                    confidence=self._sure[term.key][1],
                     parameters=_fitted(self.spans[term.key]),
                     shrink=min(1.0, (previous - now) / surplus),
                     shrink_alone_lost=min(1.0, lost / surplus),
-                    alternatives=alternatives,
+                    alternatives=self._alike[term.key],
                     excitation=known.excitation if known else "",
                 )
             )
             previous = now
+        self._shares = shares
         return found
 
     def _unsure(self, term: Term) -> bool:
-        acts, sure = self._sure[term.key]
-        return acts < NAMED or sure < _LEAST
+        """Not to be named: unsure, small, or hardly missed while much could take its place."""
+        acts, sure, missed = self._sure[term.key]
+        exchangeable = sure < _LEAST and missed < _MISSED
+        return acts < NAMED or exchangeable or self._shares[term.effect] < _SMALL
 
     def _certainty(self, term: Term, lost: float) -> tuple[float, float, tuple[str, ...]]:
         """That it, or what looks the same here, acts; that it does itself; what looks the same.
@@ -299,9 +324,10 @@ class _Judgement:
             if not self._unsure(term):
                 kept.append(term)
             else:
-                self.notes.append(
-                    f"{one.title}: confidence {one.confidence:.2f}, too unsure to be named"
-                )
+                why = f"confidence {one.confidence:.2f}, too unsure"
+                if self._shares[term.effect] < _SMALL:
+                    why = f"takes off {100.0 * one.shrink:.1f} % of the gap, too little"
+                self.notes.append(f"{one.title}: {why} to be named")
         unknown = self.catalogue.unknown()
         path = [balance.fit([*unknown, *kept[: end + 1]]) for end in range(len(kept))]
         self.contest = dataclasses.replace(

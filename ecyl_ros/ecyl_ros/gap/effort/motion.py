@@ -26,6 +26,7 @@ _DERIVATIVE = 2.5  # cutoff before differentiating, over the bandwidth
 _SAMPLES_PER_PERIOD = 2.5  # of the bandwidth's frequency, after decimation
 _HIGHEST = 0.2  # of the sampling rate: a bandwidth above it is not asked for
 _POWER = 0.997  # share of the effort's power that the band holds
+_LEAST_SAMPLES = 1500  # to compare, so that steps of friction are seen in smooth motion, too
 _NOISE = 0.05  # share of the acceleration's power that may be noise
 _LONGEST_GAP = 5  # missing samples in a row that are bridged
 _SETTLE = 1.0  # periods of the bandwidth's frequency left out at ends and gaps
@@ -324,7 +325,7 @@ def _low_passed(sos: NDArray[np.float64], values: FloatArray) -> FloatArray:
 
 
 def _spectrum(values: FloatArray, rate: float) -> tuple[FloatArray, FloatArray]:
-    segment = int(min(values.size, max(256, 2.0 * rate)))
+    segment = int(min(values.size, max(256, 4.0 * rate)))
     frequency, density = welch(values, rate, nperseg=segment, detrend="constant")
     return frequency, density
 
@@ -357,8 +358,9 @@ def bandwidth_of(
     """Hz up to which effort and acceleration both say more than their noise.
 
     The frequency that holds 99.7 % of the effort's power (of the acceleration's, where there is no
-    effort), unless noise of the position would by then be more than a twentieth of the
-    acceleration's power; never above a fifth of the sampling rate.
+    effort), or that which leaves 1500 samples to compare, if it is higher; unless noise of the
+    position would by then be more than a twentieth of the acceleration's power; never above a fifth
+    of the sampling rate.
     """
     second = np.diff(position[usable], 2) * rate**2
     frequency, density = _spectrum(second, rate)
@@ -375,4 +377,5 @@ def bandwidth_of(
     else:
         held = signal
     reach = float(frequency[int(np.searchsorted(held, _POWER * held[-1]))])
+    reach = max(reach, _LEAST_SAMPLES / (_SAMPLES_PER_PERIOD * usable.sum() / rate))
     return max(min(reach, limit, _HIGHEST * rate), 4.0 * frequency[1])
