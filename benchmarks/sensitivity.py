@@ -10,7 +10,7 @@ import functools
 
 from report import Report, parser, wall_time_s
 
-from ecyl_ros.analysis.sensitivity.parallel import cores
+from ecyl_ros.analysis.parallel import cores
 from ecyl_ros.analysis.sensitivity.sweep import Experiment, Outcome, sweep
 from ecyl_ros.analysis.sensitivity.vary import parse_axis, points
 from ecyl_ros.drive.drive_file import load_drive

@@ -13,7 +13,7 @@ setup(
     # Said outright, so that an editable install is a path entry: an import hook would lose against
     # the folder of the same name when Python runs from the repository's top level.
     package_dir={"": "."},
-    package_data={NAME: ["py.typed"]},
+    package_data={NAME: ["py.typed", "paper/templates/*.j2"]},
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{NAME}"]),
         (f"share/{NAME}", ["package.xml"]),

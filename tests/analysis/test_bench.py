@@ -8,6 +8,7 @@ import pytest
 
 from ecyl_ros.analysis.bench import table1
 from ecyl_ros.analysis.bench.budget import error_budget
+from ecyl_ros.analysis.bench.coverage import coverage
 from ecyl_ros.analysis.bench.edges import split_edges
 from ecyl_ros.analysis.bench.fit import fit_lines
 from ecyl_ros.analysis.bench.identify import identify
@@ -48,22 +49,32 @@ def test_table_1_comes_back_without_noise(truth):
         assert getattr(fit, name).value == pytest.approx(value, rel=1e-3), name
 
 
-def test_intervals_hold_the_truth_as_often_as_they_say(truth):
+def test_intervals_hold_the_truth_as_often_as_they_say():
     """200 draws of sensor errors: each of the five parameters lies in its own 95 % interval in
     91 to 98.5 % of them (three standard deviations of a share of 200), and none is biased."""
-    inside = dict.fromkeys(TABLE_1, 0)
-    values: dict[str, list[float]] = {name: [] for name in TABLE_1}
-    for seed in range(200):
+    found = coverage(table1.table_1_drive(), 200)
+    assert {one.name: one.truth for one in found} == pytest.approx(TABLE_1)
+    for one in found:
+        assert one.shown == 1.0 and 0.91 <= one.inside <= 0.985, one
+        assert abs(one.bias) < 4.0 * one.scatter / np.sqrt(200), one
+
+
+def test_draws_are_those_of_single_runs(truth):
+    """The share over draws is counted on what identify says of each, seed by seed."""
+    inside = 0
+    for seed in range(6):
         loop = with_sensors(truth, BenchSensors(), seed)
-        fit = identify(loop, shaft_twist_rad_per_nm=SHAFT).fit
-        for name, value in TABLE_1.items():
-            one = getattr(fit, name)
-            inside[name] += one.low <= value <= one.high
-            values[name].append(one.value / value - 1.0)
-    for name in TABLE_1:
-        assert 0.91 <= inside[name] / 200 <= 0.985, (name, inside[name])
-        spread = np.std(values[name])
-        assert abs(np.mean(values[name])) < 4.0 * spread / np.sqrt(200), name
+        one = identify(loop, shaft_twist_rad_per_nm=SHAFT).fit.k2_rad_per_nm
+        inside += one.low <= TABLE_1["k2_rad_per_nm"] <= one.high
+    found = {one.name: one for one in coverage(table1.table_1_drive(), 6, jobs=1)}
+    assert found["k2_rad_per_nm"].inside == pytest.approx(inside / 6)
+
+
+def test_the_verb_counts_draws(capsys):
+    """--draws prints the share for what the drive has: clearance and stiffness of `bench`."""
+    assert main(["bench", "--drive", "bench", "--draws", "4", "--readings", "1000"]) == 0
+    printed = capsys.readouterr().out
+    assert "of 4 draws" in printed and "clearance_rad" in printed and "t2_nm" not in printed
 
 
 def test_the_loop_is_the_law_shifted_by_friction(truth):
@@ -288,6 +299,8 @@ def test_bad_input_is_one_line_and_exit_2(tmp_path, capsys):
         (["--loop", str(half), "--torque-column", "T"], "no column T"),
         (["--loop", str(half), "--angle-unit", "furlong"], "furlong"),
         (["--loop", str(half), "--friction", "1"], "--friction"),
+        (["--loop", str(half), "--draws", "9"], "--draws"),
+        (["--draws", "1"], "--draws"),
         (["--friction", "60"], "friction of 60 N m"),
         (["--torque", "-5"], "torque_limit_nm"),
         (["--readings", "5"], "5 readings"),

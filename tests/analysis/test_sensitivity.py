@@ -5,8 +5,8 @@ import json
 
 import pytest
 
-from ecyl_ros.analysis.sensitivity import parallel
-from ecyl_ros.analysis.sensitivity.parallel import WorkerError, over
+from ecyl_ros.analysis import parallel
+from ecyl_ros.analysis.parallel import WorkerError, over
 from ecyl_ros.analysis.sensitivity.sweep import Experiment, sweep
 from ecyl_ros.analysis.sensitivity.vary import parse_axis, points
 from ecyl_ros.analysis.tracking import analyse

@@ -10,7 +10,7 @@ from joblib import Parallel, cpu_count, delayed, parallel_config
 from joblib.externals.loky.process_executor import TerminatedWorkerError
 from threadpoolctl import threadpool_limits
 
-from ...errors import InputError
+from ..errors import InputError
 
 Argument = TypeVar("Argument")
 Result = TypeVar("Result")

@@ -8,9 +8,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..errors import InputError
+from .progress import progress_bar
 
 if TYPE_CHECKING:  # not at run time, to keep `--help` fast
     from ..analysis.bench.loop import Loop
+    from ..analysis.bench.simulated import BenchTest
     from ..drive.parameters import DriveParameters
 
 
@@ -51,6 +53,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--no-noise", action="store_true", help="simulated: sensors that make no error"
     )
     parser.add_argument(
+        "--draws",
+        type=int,
+        metavar="N",
+        help="simulated: also identify N draws of the sensors' errors, and say how often the "
+        "intervals hold the truth",
+    )
+    parser.add_argument(
         "--rated-torque",
         type=float,
         default=50.0,
@@ -81,12 +90,14 @@ def run(options: argparse.Namespace) -> int:
     from ..analysis.bench.table1 import table_1_drive
     from ..drive.drive_file import load_drive
 
+    if options.draws is not None and options.draws < 2:
+        raise InputError(f"--draws = {options.draws}, expected 2 or more")
     if options.write_drive is not None and options.drive is None:
         raise InputError("--write-drive needs --drive, the drive file to write the result into")
     drive = load_drive(options.drive) if options.drive is not None else table_1_drive()
     twist = options.shaft_twist
     if options.loop is not None:
-        for flag in ("csv", "friction"):
+        for flag in ("csv", "friction", "draws"):
             if getattr(options, flag) is not None:
                 raise InputError(f"--{flag} is for a simulated loop; leave it out with --loop")
         loop, notes = read_loop(
@@ -98,7 +109,8 @@ def run(options: argparse.Namespace) -> int:
         for note in notes:
             print(f"ecyl bench: {note}", file=sys.stderr)
     else:
-        loop, twist = _simulated(options, drive)
+        test = _test(options)
+        loop, twist = _simulated(options, drive, test), test.shaft_twist_rad_per_nm
     found = identify(
         loop, rated_torque_nm=options.rated_torque, shaft_twist_rad_per_nm=twist or 0.0
     )
@@ -118,12 +130,22 @@ def run(options: argparse.Namespace) -> int:
     if options.json is not None:
         report.write_json(found, budget, options.json)
     report.print_identified(found, budget)
+    if options.draws is not None:
+        from ..analysis.bench.coverage import coverage
+        from ..analysis.parallel import WorkerError
+
+        try:
+            with progress_bar(f"{options.draws} draws") as progress:
+                covered = coverage(drive, options.draws, test=_test(options), progress=progress)
+        except WorkerError as error:
+            print(f"ecyl bench: {error}", file=sys.stderr)
+            return 1
+        report.print_coverage(covered, options.draws)
     return 0
 
 
-def _simulated(options: argparse.Namespace, drive: DriveParameters) -> tuple[Loop, float]:
-    from ..analysis.bench.sensors import PERFECT, BenchSensors
-    from ..analysis.bench.simulated import BenchTest, simulated_loop, with_sensors
+def _test(options: argparse.Namespace) -> BenchTest:
+    from ..analysis.bench.simulated import BenchTest
 
     chosen = {"torque_limit_nm": options.torque, "readings": options.readings}
     chosen["loops"] = options.loops
@@ -131,9 +153,14 @@ def _simulated(options: argparse.Namespace, drive: DriveParameters) -> tuple[Loo
         chosen["friction_nm"] = options.friction
     if options.shaft_twist is not None:
         chosen["shaft_twist_rad_per_nm"] = options.shaft_twist
+    return BenchTest(**chosen)
+
+
+def _simulated(options: argparse.Namespace, drive: DriveParameters, test: BenchTest) -> Loop:
+    from ..analysis.bench.sensors import PERFECT, BenchSensors
+    from ..analysis.bench.simulated import simulated_loop, with_sensors
+
     if options.seed < 0:
         raise InputError(f"--seed = {options.seed}, expected 0 or more")
-    test = BenchTest(**chosen)
     sensors = PERFECT if options.no_noise else BenchSensors()
-    loop = with_sensors(simulated_loop(drive, test), sensors, options.seed)
-    return loop, test.shaft_twist_rad_per_nm
+    return with_sensors(simulated_loop(drive, test), sensors, options.seed)

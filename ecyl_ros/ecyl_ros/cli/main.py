@@ -22,6 +22,7 @@ VERBS = {
     "inspect": "what a recording holds: topics, rates, gaps, clocks, ranges, a proposed map",
     "diagnose": "where the gap to a recording lies, what causes it, how far it shrinks",
     "sensitivity": "tracking figures over one or two parameters of a drive file",
+    "paper": "every table and figure of the paper, in both readings, beside its numbers",
     "bench": "the paper's locked-output test: hysteresis loop, clearance, stiffness",
     "blind": "sealed drives diagnosed without their labels, then opened and scored",
 }

@@ -48,8 +48,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Sweep, print; 1 where no drive of the sweep could run or a worker was lost."""
+    from ..analysis.parallel import WorkerError
     from ..analysis.sensitivity import report
-    from ..analysis.sensitivity.parallel import WorkerError
     from ..analysis.sensitivity.sweep import Experiment, sweep
     from ..analysis.sensitivity.vary import parse_axis, points
     from ..drive.drive_file import load_drive

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import json
 import math
+from collections.abc import Sequence
 from pathlib import Path
 from typing import IO, Any
 
 from ...recording.atomic import write_text
 from .budget import BudgetItem
+from .coverage import Coverage
 from .fit import Estimate
 from .identify import Identified
 from .units import ARCMIN, ARCSEC
@@ -120,6 +122,28 @@ def print_identified(
     for item in budget:
         errors.add_row(item.source, f"{item.angle_rad / ARCSEC:.3f}", item.acts)
     console.print(errors)
+
+
+def print_coverage(found: Sequence[Coverage], draws: int, file: IO[str] | None = None) -> None:
+    """Print how often the 95 % intervals held the truth."""
+    from rich.console import Console
+    from rich.table import Table
+
+    console = Console(file=file, highlight=False)
+    if not console.is_terminal:
+        console = Console(file=file, highlight=False, width=120, color_system=None)
+    heads = (f"of {draws} draws", "truth in 95 %", "shown", "bias %", "scatter %")
+    table = _table(Table, heads, right=(1, 2, 3, 4))
+    for one in found:
+        table.add_row(
+            one.name,
+            f"{100.0 * one.inside:.1f} %",
+            f"{100.0 * one.shown:.1f} %",
+            f"{100.0 * one.bias:+.3f}",
+            f"{100.0 * one.scatter:.3f}",
+        )
+    console.print()
+    console.print(table)
 
 
 def _table(kind: Any, heads: tuple[str, ...], right: tuple[int, ...]) -> Any:

@@ -13,9 +13,9 @@ from ...drive.reference.spec import make_reference
 from ...drive.stability import check_stability
 from ...drive.telemetry import simulation_recording
 from ...errors import InputError
+from ..parallel import over
 from ..report import as_json
 from ..tracking import TrackingAnalysis, analyse
-from .parallel import over
 from .vary import Point
 
 KEPT = ("error_std_m", "error_rms_m", "error_max_m", "lag_s", "gain", "spectrum", "imfs")
