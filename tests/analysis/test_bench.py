@@ -8,7 +8,7 @@ import pytest
 
 from ecyl_ros.analysis.bench import table1
 from ecyl_ros.analysis.bench.budget import error_budget
-from ecyl_ros.analysis.bench.coverage import coverage
+from ecyl_ros.analysis.bench.coverage import coverage, true_values
 from ecyl_ros.analysis.bench.edges import split_edges
 from ecyl_ros.analysis.bench.fit import fit_lines
 from ecyl_ros.analysis.bench.identify import identify
@@ -68,6 +68,23 @@ def test_draws_are_those_of_single_runs(truth):
         inside += one.low <= TABLE_1["k2_rad_per_nm"] <= one.high
     found = {one.name: one for one in coverage(table1.table_1_drive(), 6, jobs=1)}
     assert found["k2_rad_per_nm"].inside == pytest.approx(inside / 6)
+
+
+def test_draws_need_a_truth():
+    """A transmission that three lines cannot be, or that an effect changes, is refused."""
+    drive = load_drive("bench")
+    error = {"stiffness_error": {"stiffness_nm_per_rad": 4000.0}}
+    with pytest.raises(InputError, match=r"effects\.stiffness_error"):
+        true_values(dataclasses.replace(drive, effects=error))
+    four = dataclasses.replace(
+        drive.transmission, stiffness=(1.0, 2.0, 3.0, 4.0), stiffness_breaks=(1.0, 2.0, 3.0)
+    )
+    with pytest.raises(InputError, match="no three lines"):
+        true_values(dataclasses.replace(drive, transmission=four))
+    assert true_values(drive) == {
+        "clearance_rad": drive.transmission.backlash,
+        "k2_rad_per_nm": 1.0 / 6498.0,
+    }
 
 
 def test_the_verb_counts_draws(capsys):

@@ -87,7 +87,7 @@ def _backend(dask: str | None, jobs: int) -> Iterator[dict[str, Any]]:
         from distributed import Client
     except ImportError:
         raise InputError(
-            "--dask needs dask.distributed, which is not installed; pip install 'ecyl_ros[dask]'"
+            "--dask needs dask.distributed, which is not installed; pip install 'dask[distributed]'"
         ) from None
     try:
         client = Client(dask, timeout=CONNECT_S, set_as_default=False)

@@ -96,8 +96,8 @@ def _table_1(part: BenchPart) -> Table:
             Column("95 % interval"),
         ),
         tuple(rows),
-        "A transmission that is Table 1 is loaded to +-50 N m and back with 1 N m and 2 % of the "
-        "load in friction (assumed: the paper gives no width of its loop), read by sensors of the "
+        "A transmission that is Table 1 is loaded to 50 N m either way and back with friction of 1 N m "
+        "and 2 % of the load (assumed: the paper gives no width of its loop), read by sensors of the "
         "paper's resolution, and identified as section 3.3 does.",
     )
 
@@ -146,9 +146,9 @@ def _clearance(part: BenchPart) -> Table:
         ("stiffness 1/k3, equation (8) / (N m/rad)", None, stiffness[1].nm_per_rad.value, None),
         ("secant to 42.5 N m / (N m/rad)", None, part.read.secant_nm_per_rad, None),
         (
-            "jump of equation (7) as printed, at T2 / arcmin",
-            0.0,
+            "jump of equation (7) at T2, as printed and put right / arcmin",
             -TABLE_1_LINES.jump_as_printed_rad / ARCMIN,
+            0.0,
             None,
         ),
     ]

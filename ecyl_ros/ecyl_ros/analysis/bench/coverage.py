@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...drive.parameters import DriveParameters
+from ...effects.catalogue import CATALOGUE
 from ...errors import InputError
 from ..parallel import over
 from .fit import Estimate
@@ -43,8 +44,14 @@ def true_values(drive: DriveParameters) -> dict[str, float]:
     """What a perfect identification of the drive's transmission would give.
 
     Raises:
-        InputError: more segments than three lines can have.
+        InputError: more segments than three lines can have, or an effect in the transmission.
     """
+    for name in drive.effects:
+        if CATALOGUE[name].block == "transmission":
+            raise InputError(
+                f"bench: the drive has effects.{name}, which is not in its nominal transmission; "
+                "draws need a drive without it"
+            )
     transmission = drive.transmission
     compliance = [1.0 / one for one in transmission.stiffness]
     breaks = transmission.stiffness_breaks
