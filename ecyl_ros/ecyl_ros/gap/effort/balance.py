@@ -226,10 +226,12 @@ def _rate_spread(
     """Standard deviation of the rate of a sine from that of its amplitude.
 
     sigma_f = sqrt(3) / pi x sigma_A / (A T) for a sine seen over T (Rife, Boorstyn, 1974). A period
-    follows from its rate. Of a Stribeck speed, a quarter of it: the steps it was searched in.
+    follows from its rate. Of a Stribeck speed and of a place, the steps they were searched in.
     """
     if term.effect == "stribeck_friction":
         return 0.25 * value
+    if term.effect == "local_jam":  # the places along the travel that it was searched in
+        return 0.1 * term.fixed[next(name for name in term.fixed if name.startswith("width"))]
     if term.extent <= 0.0 or amplitude <= 0.0:
         return 0.0
     ratio = math.sqrt(max(float(np.trace(covariance)) / 2.0, 0.0)) / amplitude

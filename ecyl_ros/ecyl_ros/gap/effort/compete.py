@@ -15,7 +15,7 @@ import numpy as np
 
 from ..diagnosis import FloatArray
 from .balance import Balance, Solution
-from .search import frequencies, orders
+from .search import frequencies, orders, window
 from .terms import Catalogue, Term
 
 LEAST_GAIN = 0.12  # of the squared residual above the floor
@@ -113,7 +113,7 @@ class _Run:
                 AT_FLOOR * self.floor
             ):
                 break
-        chosen = self._look_back(chosen)
+        chosen = self._simpler(self._look_back(chosen))
         current = self._fit(chosen)
         order, path = self._ordered(chosen)
         less = {}
@@ -152,6 +152,9 @@ class _Run:
             found += [one for one in made if one.key not in taken]
         if kinds.count("periodic_disturbance") < _SAME:
             found += [catalogue.disturbance(f) for f in frequencies(self.balance, residual)]
+        middle, width = window(self.balance, catalogue, residual)
+        if width > 0.0:
+            found.append(catalogue.jam(middle, width))
         held = {one.effect for one in chosen}
         finer = {name for one in chosen for name in one.refines}
         several = ("cogging_torque", "torque_ripple", "periodic_disturbance")
@@ -280,6 +283,32 @@ class _Run:
                 break
             kept.remove(weakest)
         return kept
+
+    def _simpler(self, chosen: Sequence[Term]) -> list[Term]:
+        """Friction by direction gives way to friction and a constant load where these do as well.
+
+        The two levels are friction plus and less the load; alone, neither would have been enough.
+        """
+        split = [one for one in chosen if one.key == "by_direction"]
+        if not split or any(one.effect == "constant_load" for one in chosen):
+            return list(chosen)
+        balance, catalogue = self.balance, self.catalogue
+        rest = [one for one in chosen if one.key != "by_direction"]
+        full = self._fit(chosen)
+        now = balance.cross_validated([*self.unknown, *chosen], full.scale)
+        cap = _cap(now)
+        now = np.minimum(now, cap)
+        pair = [catalogue.coulomb(), catalogue.constant()]
+        for parts in (pair, [*pair, catalogue.viscous()]):
+            if any(one.effect in self.barred for one in parts):
+                continue
+            then = balance.cross_validated([*self.unknown, *rest, *parts], full.scale)
+            self.fits += balance.FOLDS
+            loss = np.minimum(then, 4.0 * cap) - now
+            share = float(np.mean(loss)) / self._surplus(now)
+            if share < LEAST_GAIN or _sure(loss) < SURE:
+                return [*rest, *parts]
+        return list(chosen)
 
     def _ordered(self, chosen: Sequence[Term]) -> tuple[tuple[Term, ...], tuple[Solution, ...]]:
         """The terms from the one that takes off most on, and the fits on the way."""

@@ -101,7 +101,7 @@ def diagnose_follower(
             f"({step:.3g} {end}); expected motion"
         )
     command = np.interp(motion.time_s, motion.time_s[usable], command[usable])
-    floor = math.hypot(step / math.sqrt(12.0), machine.position_noise or 0.0)
+    floor = math.hypot(step / math.sqrt(12.0), machine.position_noise or motion.position_noise)
     judge = _Judge(motion, command, usable, step)
     tell(0.1)
     best = judge.fit(judge.fitted, lags=True, widths=True)
@@ -147,21 +147,26 @@ def diagnose_follower(
         duration_s=recording.duration_s,
         rate_hz=recording.rate_hz,
         measured=_measured(motion, end, step, whole, spans, gap, left),
-        floor_is="the resolution of the position",
+        floor_is="the noise and resolution of the position",
     )
     tell(1.0)
     return result
 
 
 def resolution(position: FloatArray, stated: float | None) -> float:
-    """Step of the position: stated, or the smallest distance between values that come again."""
-    if stated:
-        return stated
-    values, count = np.unique(position, return_counts=True)
-    often = values[count > 1] if (count > 1).sum() > 2 else values
+    """Step of the position: stated, or the smallest distance between values that come often.
+
+    0 where no values come often: the position is finer than the recording tells.
+    """
+    reach = float(np.ptp(position))
+    if stated or reach == 0.0:
+        return stated or 0.0
+    grain = 1e-7 * reach  # what resampling between equal values leaves of rounding
+    values, count = np.unique(np.round(position / grain), return_counts=True)
+    often = values[count >= max(3, position.size / 1000)] * grain
     steps = np.diff(often)
-    steps = steps[steps > 1e-9 * max(float(np.ptp(position)), 1e-300)]
-    return float(np.median(steps[steps < 1.5 * steps.min()])) if steps.size else 0.0
+    steps = steps[steps > 10.0 * grain]
+    return float(np.median(steps[steps < 1.5 * steps.min()])) if steps.size > 3 else 0.0
 
 
 class _Judge:

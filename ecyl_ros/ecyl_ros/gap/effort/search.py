@@ -13,7 +13,9 @@ from .terms import Catalogue
 
 _MOST = 3  # peaks tried
 _POINTS = 8_000_000  # sines of one scan at the most
-_LEAST_PERIODS = 2.5  # within the travel or the time
+_LEAST_PERIODS = 4.0  # within the travel or the time
+_PLACES = 60  # along the travel that a window can begin and end at
+_NARROW, _WIDE = 2, 24  # widths of a window, in places
 
 
 def _power(
@@ -117,3 +119,32 @@ def _refined(
         around = around[around > 0.0]
         rate = float(around[int(np.argmax(_power(values, along, around, weight)))])
     return rate
+
+
+def window(balance: Balance, catalogue: Catalogue, residual: FloatArray) -> tuple[float, float]:
+    """Middle and width of the part of the travel on which drag against the motion stands out most.
+
+    Width 0 where none does.
+    """
+    motion = balance.motion
+    rows = np.flatnonzero(balance.fitted)
+    at = motion.rows[rows]
+    position, sign = motion.position[at], catalogue.sign[at]
+    low, high = float(position.min()), float(position.max())
+    if not high > low:
+        return low, 0.0
+    place = np.minimum(((position - low) / (high - low) * _PLACES).astype(np.int64), _PLACES - 1)
+    count = np.bincount(place, minlength=_PLACES).astype(float)
+    drag = np.bincount(place, weights=residual[rows] * sign, minlength=_PLACES)
+    counts, drags = np.concatenate([[0.0], count.cumsum()]), np.concatenate([[0.0], drag.cumsum()])
+    best, found = 0.0, (low, 0.0)
+    for width in range(_NARROW, _WIDE + 1):
+        inside = np.maximum(counts[width:] - counts[:-width], 1.0)
+        gain = np.maximum(drags[width:] - drags[:-width], 0.0) ** 2 / inside
+        first = int(np.argmax(gain))
+        # A wider window has to be better by more than chance gives.
+        if float(gain[first]) > 1.02 * best:
+            best = float(gain[first])
+            step = (high - low) / _PLACES
+            found = (low + (first + 0.5 * width) * step, width * step)
+    return found

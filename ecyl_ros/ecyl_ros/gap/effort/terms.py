@@ -373,6 +373,25 @@ class Catalogue:
             low=(-0.9,),
         )
 
+    def jam(self, middle: float, width: float) -> Term:
+        """Drag against the motion on one part of the travel."""
+        units, end = self.units, self.units.end
+        distance = np.abs(self.motion.position - middle)
+        edge = 0.1 * width
+        inside = 0.5 * (1.0 - np.tanh((distance - 0.5 * width) / edge))
+        return Term(
+            effect="local_jam",
+            key=f"jam {middle:.6g} {width:.6g}",
+            columns=(self.sign * inside)[None],
+            parameters=lambda c: (
+                (units.level("coulomb"), units.effort, float(c[0])),
+                (f"position_{end}", end, middle),
+                (f"width_{end}", end, width),
+            ),
+            low=(0.0,),
+            fixed={f"position_{end}": middle, f"width_{end}": width},
+        )
+
     # Periodic effects, of an order or a frequency that has to be found.
 
     @property
