@@ -152,6 +152,21 @@ def test_columns_are_recognised_by_their_names(
         assert (found.time.field, found.time.unit) == ("time_ms", "ms")
 
 
+def test_a_rod_counted_the_other_way_is_seen(tmp_path: Path) -> None:
+    """A position whose range mirrors the reference's is proposed with sign -1, and a remark."""
+    time = np.arange(2000) * 1e-3
+    rod = np.sin(5.0 * time) + 0.5
+    rows = "\n".join(f"{t:.3f},{r:.6f},{-r:.6f}" for t, r in zip(time, rod, strict=True))
+    (tmp_path / "a.csv").write_text(f"t,target_mm,slide_mm\n{rows}\n")
+    proposal = propose(survey(tmp_path / "a.csv"))
+    assert proposal.map is not None
+    assert {one.name: one.sign for one in proposal.map.signals} == {
+        "reference_position": 1,
+        "rod_position": -1,
+    }
+    assert any("mirrors" in remark for remark in proposal.remarks)
+
+
 def test_json_and_outputs(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """JSON holds what is printed; existing outputs and the recording itself are never replaced."""
     late(tmp_path / "a.mcap", gaps=((5000, 40),), drift=0.0)

@@ -18,6 +18,7 @@ from ecyl_ros.recording.map import parse_map
 from ecyl_ros.recording.mapped import contract_map, read_mapped
 from ecyl_ros.recording.matcheck import MatError, check_mat
 from ecyl_ros.recording.mattable import MatTable
+from ecyl_ros.recording.messages import typestore
 
 SHARED = Path(__file__).parents[3] / "shared" / "field"
 field = pytest.mark.skipif(not SHARED.is_dir(), reason="no ../shared/field beside the repository")
@@ -84,6 +85,21 @@ def test_our_own_csv_needs_no_map(tmp_path: Path) -> None:
     assert_same(load_recording(tmp_path / "a.csv"), recording)
     with pytest.raises(InputError, match="has no topics"):
         read_mapped(tmp_path / "a.csv", contract_map())
+
+
+def test_a_table_is_played_on_our_own_topics(tmp_path: Path) -> None:
+    """`ecyl replay` with a map makes of a CSV a bag of our topics that holds its signals."""
+    from ecyl_ros.cli.replay import _mapped
+
+    (tmp_path / "a.csv").write_text("t,pos\n-1,1\n-0.5,2.5\n0,-3\n")
+    (tmp_path / "m.yaml").write_text("signals: {rod_position: {field: pos, unit: mm}}\n")
+    bag = _mapped(tmp_path / "a.csv", tmp_path / "m.yaml")
+    assert list(bag.topics) == ["/ecyl/joint_states"]
+    assert bag.topics["/ecyl/joint_states"].log_time_ns == [0, 500_000_000, 1_000_000_000]
+    types = typestore()
+    data = bag.topics["/ecyl/joint_states"].data
+    values = [types.deserialize_cdr(one, "sensor_msgs/msg/JointState").position[1] for one in data]
+    np.testing.assert_allclose(values, [1e-3, 2.5e-3, -3e-3], rtol=1e-15)
 
 
 def test_without_a_map_a_foreign_table_asks_for_one(tmp_path: Path) -> None:

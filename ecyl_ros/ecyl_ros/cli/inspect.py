@@ -94,12 +94,17 @@ def _plain(console: Console, text: str = "") -> None:
 def _table(*columns: str) -> Any:
     from rich.table import Table
 
-    table = Table(*columns, box=None, pad_edge=False)
-    for column in table.columns[1:]:
-        column.justify = "right"
-    for column in table.columns:
-        column.no_wrap = True
+    table = Table(box=None, pad_edge=False)
+    for number, name in enumerate(columns):
+        table.add_column(_verbatim(name), justify="right" if number else "left", no_wrap=True)
     return table
+
+
+def _verbatim(text: str) -> Any:
+    """Text without rich's own markup, which `Iq [mA]` looks like."""
+    from rich.text import Text
+
+    return Text("".join(c if c.isprintable() else "?" for c in text))
 
 
 def _print_topics(console: Console, found: Survey) -> None:
@@ -122,11 +127,11 @@ def _print_topics(console: Console, found: Survey) -> None:
         name = topic.name or "(rows)"
         if one is None:
             count = max((field.count for field in topic.fields), default=0)
-            table.add_row(name, topic.type, str(count), *["-"] * 7)
+            table.add_row(_verbatim(name), topic.type, str(count), *["-"] * 7)
             continue
         table.add_row(
-            name,
-            topic.type,
+            _verbatim(name),
+            _verbatim(topic.type),
             str(one.count),
             f"{(one.first_ns - origin) / 1e9:.3f}",
             f"{(one.last_ns - origin) / 1e9:.3f}",
@@ -184,7 +189,7 @@ def _print_fields(console: Console, topic: TopicSurvey, *, all_fields: bool) -> 
     table = _table(f"{topic.name or 'column'}", "unit", "samples", "min", "max", "mean", "std")
     table.columns[1].justify = "left"
     for field in shown:
-        row = [field.path[:70], field.unit, str(field.count)]
+        row = [_verbatim(field.path[:70]), _verbatim(field.unit), str(field.count)]
         figures = (field.low, field.high, field.mean, field.std)
         row += [f"{value:.5g}" if math.isfinite(value) else "-" for value in figures]
         table.add_row(*row)

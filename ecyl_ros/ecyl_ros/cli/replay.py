@@ -7,6 +7,10 @@ import sys
 import time
 from collections.abc import Collection
 from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from ..recording.bag import Bag
 
 CLOCK_HZ = 40.0  # of `--clock` without a number, as in `ros2 bag play`
 WAIT_S = 10.0
@@ -16,7 +20,16 @@ CLOCK = "/clock"
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the verb's flags, named as in `ros2 bag play` where that has them."""
     parser.add_argument(
-        "bag", type=Path, metavar="BAG", help="MCAP or sqlite3 file, or rosbag2 folder"
+        "bag",
+        type=Path,
+        metavar="BAG",
+        help="MCAP or sqlite3 file, or rosbag2 folder; with --map any recording",
+    )
+    parser.add_argument(
+        "--map",
+        type=Path,
+        metavar="M.yaml",
+        help="play the signals of any recording (CSV and MAT too) on this project's topics",
     )
     parser.add_argument("-r", "--rate", type=float, default=1.0, help="speed (default 1)")
     parser.add_argument("--topics", nargs="+", metavar="TOPIC", help="play these alone")
@@ -56,7 +69,7 @@ def run(options: argparse.Namespace) -> int:
 
     if not 0.0 <= options.delay < float("inf"):
         raise InputError(f"--delay is {options.delay:g} s, expected 0 or more")
-    bag = read_bag(options.bag)
+    bag = read_bag(options.bag) if options.map is None else _mapped(options.bag, options.map)
     names = options.topics
     if names is None:
         names = [n for n, t in bag.topics.items() if t.data and not (options.clock and n == CLOCK)]
@@ -101,6 +114,26 @@ def run(options: argparse.Namespace) -> int:
             node.destroy_node()
         rclpy.try_shutdown()
     return 0
+
+
+def _mapped(path: Path, map_file: Path) -> Bag:
+    """The mapped signals as a bag of this project's topics, each sample's messages in one stamp."""
+    import dataclasses
+    import tempfile
+
+    from ..recording.bag import read_bag
+    from ..recording.map import load_map
+    from ..recording.mapped import read_mapped
+    from ..recording.writer import write_recording
+
+    recording = read_mapped(path, load_map(map_file))
+    stamps = recording.stamp_ns
+    if len(stamps) and stamps[0] < 0:  # a table's time may begin before zero
+        recording = dataclasses.replace(recording, stamp_ns=stamps - stamps[0])
+    with tempfile.TemporaryDirectory() as folder:
+        write_recording(recording, Path(folder, "mapped.mcap"))
+        bag = read_bag(Path(folder, "mapped.mcap"))
+    return dataclasses.replace(bag, path=path, notes=(*recording.notes, *bag.notes))
 
 
 def _remapped(rules: list[str], topics: Collection[str]) -> dict[str, str]:

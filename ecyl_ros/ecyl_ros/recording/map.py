@@ -25,6 +25,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import yaml
 
 from ..errors import InputError
@@ -99,7 +100,8 @@ class MappedSignal:
 
     def in_si(self, values: FloatArray) -> FloatArray:
         """The signal from the field's values: unit x (sign x scale x value + offset)."""
-        si: FloatArray = in_si(self.unit) * (self.sign * self.scale * values + self.offset)
+        with np.errstate(all="ignore"):  # what is not finite is no value, here as elsewhere
+            si: FloatArray = in_si(self.unit) * (self.sign * self.scale * values + self.offset)
         return si
 
     @property
@@ -348,5 +350,5 @@ def map_yaml(signal_map: SignalMap, comment: str = "") -> str:
         tree["signals"][one.name] = entry
     lines = "".join(f"# {line}\n" for line in comment.splitlines())
     return lines + yaml.dump(
-        tree, sort_keys=False, default_flow_style=None, width=100, allow_unicode=True
+        tree, sort_keys=False, default_flow_style=None, width=1000, allow_unicode=True
     )

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from .map import MAPPED, MappedSignal, SignalMap, TimeColumn
 from .mapped import contract_map
 from .survey import FieldSurvey, Survey, TopicSurvey
-from .units import UNITS, dimension_of, plain
+from .units import UNITS, dimension_of, in_si, plain
 
 # Words in names -> what they speak of. Whole words: `pos`, not `composite`.
 _QUANTITY = {
@@ -71,6 +71,17 @@ _FORCE = {"force"}
 _NOT = {"error", "err", "covariance", "timestamp", "time", "stamp", "acceleration", "acc"}
 _UNIT_IN_NAME = re.compile(r"[\[(]\s*([^\])]+?)\s*[\])]\s*$|_([A-Za-z]+(?:_per_[A-Za-z]+)?)$")
 _SLASHED = {"rad_per_s": "rad/s", "m_per_s": "m/s", "mm_per_s": "mm/s", "deg_per_s": "deg/s"}
+_CASED = {"ma": "mA", "mv": "mV", "nm": "N m", "kn": "kN", "n": "N", "a": "A", "v": "V"}
+_MEASURED = {
+    "length": "position",
+    "angle": "position",
+    "speed": "velocity",
+    "angular speed": "velocity",
+    "torque": "effort",
+    "force": "effort",
+    "current": "current_q",
+    "voltage": "voltage_q",
+}
 _LONGEST_ROD_M = 20.0
 
 
@@ -131,6 +142,7 @@ def propose(survey: Survey) -> Proposal:
         targets[chosen[name].target] = name
     if not chosen:
         return Proposal(None, ("no field has a name that says which signal it is",))
+    remarks += _against(chosen, candidates)
     for name in MAPPED:
         if name in chosen:
             remarks += _remarks(chosen[name], candidates)
@@ -173,11 +185,33 @@ def _follow_the_measured(chosen: dict[str, MappedSignal], candidates: list[_Cand
             continue
         if any(f"rod_{one}" in chosen for one in ("position", "velocity")):
             continue
-        if _unit(_candidate(reference, candidates).field):
+        if _unit(_candidate(reference, candidates)):
             continue
         unit = "rad" if quantity == "position" else "rad/s"
         target = MAPPED[reference.name][dimension_of(unit) or ""]
         chosen[reference.name] = dataclasses.replace(reference, unit=unit, target=target)
+
+
+def _against(chosen: dict[str, MappedSignal], candidates: list[_Candidate]) -> list[str]:
+    """Turn the sign of a measured position whose range mirrors the reference's."""
+    out = []
+    for body in ("rod", "rotor"):
+        reference, measured = chosen.get("reference_position"), chosen.get(f"{body}_position")
+        if reference is None or measured is None:
+            continue
+        if dimension_of(reference.unit) != dimension_of(measured.unit):
+            continue
+        asked, found = (
+            (in_si(one.unit) * own.low, in_si(one.unit) * own.high)
+            for one in (reference, measured)
+            for own in (_candidate(one, candidates).field,)
+        )
+        straight = abs(found[0] - asked[0]) + abs(found[1] - asked[1])
+        mirrored = abs(found[0] + asked[1]) + abs(found[1] + asked[0])
+        if mirrored < 0.2 * straight:
+            chosen[measured.name] = dataclasses.replace(measured, sign=-1)
+            out.append(f"{measured.name}: its range mirrors the reference's, hence sign -1")
+    return out
 
 
 def _candidate(signal: MappedSignal, candidates: list[_Candidate]) -> _Candidate:
@@ -237,31 +271,39 @@ def _words(name: str) -> set[str]:
     return {word.lower() for word in re.split(r"[^A-Za-z]+", spaced) if word}
 
 
-def _unit(field: FieldSurvey) -> str:
-    """The unit that a line of units or the name itself gives; empty for none that is known."""
-    told = field.unit
+def _unit(one: _Candidate) -> str:
+    """The unit that a line of units or a name gives; empty for none that is known."""
+    told = one.field.unit
     if not told:
-        found = _UNIT_IN_NAME.search(re.sub(r"\[\d+\]$", "", field.path))
+        name = re.sub(r"\[\d+\]$", "", one.field.path)
+        found = _UNIT_IN_NAME.search(one.topic.name if name == "data" else name)
         told = (found[1] or found[2] or "") if found else ""
-    unit = plain(_SLASHED.get(told, told))
-    return unit if unit and dimension_of(unit) not in (None, "time", "number") else ""
+    told = _SLASHED.get(told, told)
+    spellings = {told, told.lower(), _CASED.get(told.lower(), told)}
+    for spelling in (told, *sorted(spellings)):
+        unit = plain(spelling)
+        if unit and dimension_of(unit) not in (None, "time", "number"):
+            return unit
+    return ""
 
 
 def _signal(one: _Candidate) -> tuple[MappedSignal, float] | None:
     words = one.words
     if words & _NOT:
         return None
-    own = _words(_bare(one.field.path))
-    unit = _unit(one.field)
-    quantity = next((_QUANTITY[w] for w in _ordered(one.field.path) if w in _QUANTITY), None)
-    if quantity is None and not own & (words - {"data"}):
+    asked = bool(words & _ASKED)
+    if one.field.equal == 1.0 and not asked:  # never changes: not connected
         return None
-    if quantity is None:
-        quantity = next((_QUANTITY[w] for w in words if w in _QUANTITY and w != "x"), None)
+    own = _words(_bare(one.field.path))
+    unit = _unit(one)
+    # What stands last says most: `motor_position`, `reference.positions`, `/joint/torque` `data`.
+    said = [*_ordered(one.field.path), *_ordered(one.topic.name)]
+    quantity = next((_QUANTITY[word] for word in said if word in _QUANTITY), None)
+    if quantity is None and unit:
+        quantity = _MEASURED.get(dimension_of(unit) or "")
     if quantity is None:
         return None
     score = 1.0 + 0.5 * bool(unit) + 0.5 * (one.field.equal < 1.0) + 0.2 * bool(one.joint)
-    asked = bool(words & _ASKED)
     name: str
     if quantity in ("position", "velocity"):
         if asked:
@@ -308,21 +350,26 @@ def _usual_unit(name: str, one: _Candidate) -> str:
     return next(iter(UNITS[next(iter(MAPPED[name]))]))
 
 
+def _in_si(kind: str) -> bool:
+    """Whether a message's type says what its numbers are, and so, by REP 103, their unit."""
+    return "/msg/" in kind and not kind.startswith(("std_msgs/", "example_interfaces/"))
+
+
 def _remarks(signal: MappedSignal, candidates: list[_Candidate]) -> list[str]:
     out = []
     own = _candidate(signal, candidates)
-    if not _unit(own.field):
+    if not _unit(own) and not _in_si(own.topic.type):
         low, high = own.field.low, own.field.high
         said = f"{signal.name}: {signal.unit} is assumed; it ranges from {low:.4g} to {high:.4g}"
         if signal.unit == "m" and max(abs(low), abs(high)) > _LONGEST_ROD_M:
             said += " (mm?)"
         out.append(said)
-    plain_motion = not own.words & (_ROTOR | _ROD) and not _unit(own.field)
+    plain_motion = not own.words & (_ROTOR | _ROD) and not _unit(own)
     if signal.name.startswith(("rod_", "rotor_")) and plain_motion:
         other = signal.name.replace("rod_", "rotor_")
         if other == signal.name:
             other = signal.name.replace("rotor_", "rod_")
         out.append(f"{signal.name}: the name leaves open whether it is {other}")
-    if own.field.equal == 1.0:
+    if own.field.equal == 1.0:  # of references alone
         out.append(f"{signal.name}: never changes")
     return out
