@@ -96,9 +96,9 @@ def _table_1(part: BenchPart) -> Table:
             Column("95 % interval"),
         ),
         tuple(rows),
-        "A transmission that is Table 1 is loaded to 50 N m either way and back with friction of 1 N m "
-        "and 2 % of the load (assumed: the paper gives no width of its loop), read by sensors of the "
-        "paper's resolution, and identified as section 3.3 does.",
+        "A transmission that is Table 1 is loaded to 50 N m either way and back, with friction of "
+        "1 N m and 2 % of the load (assumed: the paper gives no width of its loop), read by "
+        "sensors of the paper's resolution, and identified as section 3.3 does.",
     )
 
 
