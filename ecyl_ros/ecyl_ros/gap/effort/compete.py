@@ -336,9 +336,11 @@ class _Run:
 
 
 def _cap(costs: FloatArray) -> float:
-    """What the cost of one stretch counts at the most: one mishap must not decide."""
+    """What the cost of one stretch counts at the most: one mishap must not decide, some may."""
     known = costs[np.isfinite(costs)]
-    return _WORST * float(np.median(known)) if known.size else math.inf
+    if known.size == 0:
+        return math.inf
+    return max(_WORST * float(np.median(known)), 2.0 * float(np.mean(known)))
 
 
 def _sure(gain: FloatArray) -> float:

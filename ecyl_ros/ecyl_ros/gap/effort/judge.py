@@ -43,6 +43,7 @@ _LATE = 1.5  # sampling periods: a delay below is that of sampling and holding
 _HELPS = 0.25
 _BLOCKS = {"gravity_on_arm": "load"}
 _FINER = 0.8  # a floor below this share of the last one has the effects compete anew
+_WANDERS = 0.05  # share of the effort that may not repeat where there is to be no gap
 _CERTAIN = 0.97  # the most that a cause found by effort is believed
 _LEAST = 0.2  # a cause less sure than this is named only if without it (or its like) ...
 _MISSED = 0.1  # ... so large a share of the gap comes back
@@ -160,6 +161,7 @@ class _Judgement:
     ) -> None:
         self.balance, self.catalogue, self.contest = balance, catalogue, contest
         self.floor, self.floor_is, self.mode = floor, floor_is, mode
+        self.white = white_floor(balance, None)
         self.machine, self.motion = catalogue.machine, balance.motion
         self.units = catalogue.units
         judged = balance.judged if balance.judged.any() else balance.usable
@@ -186,7 +188,14 @@ class _Judgement:
         before, best = self.rms(contest.base), self.rms(contest.winner)
         surplus = max(before - self.floor, 1e-12 * before, 1e-300)
         causes = self._causes(before, surplus)
-        no_gap = before <= NO_GAP_RATIO * self.floor
+        # An effort that wanders by itself does not repeat either: that is no floor, but a gap.
+        wanders = self.floor > _WANDERS * self.spread and self.floor > 3.0 * self.white
+        no_gap = before <= NO_GAP_RATIO * self.floor and not wanders
+        if wanders:
+            self.notes.append(
+                f"{100.0 * self.floor / self.spread:.0f} % of the {self.motion.effort_name} does "
+                "not repeat with the motion: it depends on something that was not recorded"
+            )
         helps = before - best >= _HELPS * surplus
         named = bool(causes) and helps and not no_gap
         if named and any(self._unsure(one) for one in self.contest.order):
