@@ -82,6 +82,37 @@ def test_rosbags_own_sqlite3_writer_is_read(tmp_path: Path) -> None:
     assert_same(load_recording(tmp_path / "bag"), recording)
 
 
+@pytest.mark.parametrize("storage", ["MCAP", "SQLITE3"])
+@pytest.mark.parametrize("mode", ["FILE", "MESSAGE"])
+def test_bags_compressed_by_rosbag2_are_read(tmp_path: Path, storage: str, mode: str) -> None:
+    """Files or messages in zstd frames, as rosbags writes them, hold the same recording."""
+    from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin
+    from rosbags.rosbag2 import Writer as BagWriter
+
+    from ecyl_ros.recording.bag import in_time_order
+
+    recording = made(50)
+    write_recording(recording, tmp_path / "a.mcap")
+    source = read_bag(tmp_path / "a.mcap")
+    writer = BagWriter(tmp_path / "bag", version=9, storage_plugin=StoragePlugin[storage])
+    writer.set_compression(CompressionMode[mode], CompressionFormat.ZSTD)
+    with writer:
+        connections = {
+            one.name: writer.add_connection(one.name, one.type, typestore=typestore())
+            for one in source.topics.values()
+        }
+        for stamp, name, data in in_time_order(source):
+            writer.write(connections[name], stamp, data)
+    assert_same(read_recording(tmp_path / "bag"), recording)
+    assert_same(read_mapped(tmp_path / "bag", contract_map()), recording)
+    if mode == "FILE":
+        (file,) = (tmp_path / "bag").glob("*.zstd")
+        assert_same(load_recording(file), recording)
+        file.write_bytes(file.read_bytes()[:-200])
+        with pytest.raises(InputError, match=file.name):
+            load_recording(file)
+
+
 def test_every_number_equals_what_rosbags_decodes(tmp_path: Path) -> None:
     """All fields of a message of nested arrays, odd alignments and all widths, both byte orders."""
     from rosbags.typesys import get_types_from_msg

@@ -264,8 +264,8 @@ def test_missing_paths_and_empty_folders_are_refused(tmp_path):
         ),
         (
             "rosbag2_bagfile_information: {storage_identifier: mcap, relative_file_paths: [x],"
-            " compression_mode: FILE}",
-            "compression_mode",
+            " compression_format: rar}",
+            "compression_format is 'rar', expected zstd",
         ),
     ],
 )

@@ -303,7 +303,9 @@ def _on_grid(one: Stream, grid: StampArray, gap_s: float | None) -> dict[str, Fl
     if direct and not close.all():
         one.notes.append(f"{one.name}: {int((~close).sum())} of {grid.size} samples missing")
     if not direct and filled:
-        one.notes.append(f"{one.name}: {filled} of {grid.size} samples lie before it, behind it or in its gaps")
+        one.notes.append(
+            f"{one.name}: {filled} of {grid.size} samples lie before it, behind it or in its gaps"
+        )
     return out
 
 

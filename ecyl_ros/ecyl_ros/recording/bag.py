@@ -7,6 +7,7 @@ held at a time. `rosbags` reads sqlite3.
 
 from __future__ import annotations
 
+import contextlib
 import re
 import struct
 import zlib
@@ -19,6 +20,7 @@ from typing import Any, BinaryIO
 import yaml
 
 from ..errors import InputError
+from .packed import kind, plain_file, plain_message
 
 MAGIC = b"\x89MCAP0\r\n"
 RECORD = struct.Struct("<BQ")  # opcode, length of what follows
@@ -96,14 +98,26 @@ def read_bag(path: str | Path, *, topics: Collection[str] | None = None) -> Bag:
     bag = Bag(Path(path))
     counter = 0
     for file in bag_files(bag.path):
-        if file.suffix == SQLITE:
-            counter = _take_sqlite(file, bag, topics, counter)
-            continue
-        reader = FileReader(file, bag, topics, counter)
-        for _ in reader.steps():
-            pass
-        counter = reader.counter
+        with plain_file(file) as plain, called(bag, plain, file):
+            if kind(file) == SQLITE:
+                counter = _take_sqlite(plain, bag, topics, counter)
+                continue
+            reader = FileReader(plain, bag, topics, counter)
+            for _ in reader.steps():
+                pass
+            counter = reader.counter
     return bag
+
+
+@contextlib.contextmanager
+def called(bag: Bag, plain: Path, file: Path) -> Iterator[None]:
+    """Have errors and notes name the file that was given, not the one it was unpacked to."""
+    try:
+        yield
+    except InputError as error:
+        raise InputError(str(error).replace(str(plain), str(file))) from None
+    finally:
+        bag.notes = tuple(note.replace(str(plain), str(file)) for note in bag.notes)
 
 
 def _take_sqlite(file: Path, bag: Bag, topics: Collection[str] | None, counter: int) -> int:
@@ -132,7 +146,7 @@ def bag_files(path: Path) -> list[Path]:
         return _listed(path, metadata)
     # A recorder that was killed leaves no metadata.yaml. Files are numbered: _2 before _10.
     found = sorted(
-        [*path.glob("*.mcap"), *path.glob(f"*{SQLITE}")],
+        [one for one in path.iterdir() if kind(one) in (".mcap", SQLITE)],
         key=lambda file: [int(w) if w.isdigit() else w for w in re.split(r"(\d+)", file.name)],
     )
     if not found:
@@ -145,7 +159,7 @@ def _listed(path: Path, metadata: Path) -> list[Path]:
         about = yaml.safe_load(metadata.read_text(encoding="utf-8"))["rosbag2_bagfile_information"]
         storage = about["storage_identifier"]
         names = [Path(name).name for name in about["relative_file_paths"]]
-        compression = about.get("compression_mode") or ""
+        packed = about.get("compression_format") or ""
     except OSError as error:
         raise InputError(f"{metadata}: cannot be read: {error.strerror}") from None
     except (
@@ -164,10 +178,10 @@ def _listed(path: Path, metadata: Path) -> list[Path]:
         raise InputError(
             f"{metadata}: storage_identifier is {str(storage)[:40]!r}, expected mcap or sqlite3"
         )
-    if str(compression).lower() not in ("", "none"):
+    if packed not in ("", "zstd"):
         raise InputError(
-            f"{metadata}: compression_mode is {compression}, expected none (`ros2 bag convert` "
-            "undoes it; compressed MCAP chunks are fine)"
+            f"{metadata}: compression_format is {str(packed)[:40]!r}, expected zstd or none "
+            "(`ros2 bag convert` undoes it)"
         )
     files = [path / name for name in names]
     for file in files:
@@ -319,7 +333,10 @@ class FileReader:
         if wanted:
             topic.log_time_ns.append(log_time)
             topic.order.append(self.counter)
-            topic.data.append(bytes(body[MESSAGE.size :]))
+            try:
+                topic.data.append(plain_message(bytes(body[MESSAGE.size :])))
+            except ValueError as error:
+                raise CorruptError(f"the message at byte {at} {error}") from None
         self.counter += 1
 
     def _chunk(self, body: memoryview, at: int) -> None:

@@ -14,8 +14,10 @@ from .columns import Columns, TopicDecoder, everything
 from .csvtable import CsvTable
 from .layout import MessageLayout, Run
 from .mattable import MatTable
+from .packed import kind
 from .stream import BagStream
 
+BAG_SUFFIXES = (".mcap", ".db3")
 CSV_SUFFIXES = (".csv", ".txt", ".tsv", ".dat")
 MAT_SUFFIX = ".mat"
 
@@ -180,7 +182,8 @@ def open_source(path: str | Path) -> Source:
     """
     place = Path(path)
     if place.is_dir():
-        bags = [*place.glob("*.mcap"), *place.glob("*.db3"), *place.glob("metadata.yaml")]
+        bags = [one for one in place.iterdir() if kind(one) in BAG_SUFFIXES]
+        bags += place.glob("metadata.yaml")
         tables = sorted(place.glob("*.csv"))
         if not bags and tables:
             return TableSource(place, [CsvTable(one, one.stem) for one in tables], "CSV")
@@ -190,7 +193,7 @@ def open_source(path: str | Path) -> Source:
         return TableSource(place, [CsvTable(place)], "CSV")
     if suffix == MAT_SUFFIX:
         return TableSource(place, [MatTable(place)], "MAT")
-    if place.is_file() and suffix not in (".mcap", ".db3"):
+    if place.is_file() and kind(place) not in BAG_SUFFIXES:
         with place.open("rb") as file:
             if not file.read(len(MAGIC)).startswith(MAGIC):
                 raise InputError(

@@ -9,6 +9,7 @@ from typing import Any
 
 from ..errors import InputError
 from .bag import Bag, TopicMessages
+from .packed import plain_message
 
 _WIDEST = 2**63
 
@@ -94,7 +95,7 @@ class SqliteFile:
                     raise InputError(
                         f"{self.file}: damaged: a message on {connection.topic} is no message"
                     )
-                yield self._topics[connection.id], stamp, data
+                yield self._topics[connection.id], stamp, plain_message(data)
         except InputError:
             raise
         except Exception as error:

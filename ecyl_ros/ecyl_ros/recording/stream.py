@@ -10,6 +10,7 @@ from typing import BinaryIO
 import numpy as np
 from numpy.typing import NDArray
 
+from ..errors import InputError
 from .bag import (
     CHUNK,
     FOOTER,
@@ -25,7 +26,9 @@ from .bag import (
     FileReader,
     TopicMessages,
     bag_files,
+    called,
 )
+from .packed import FRAME, kind, plain_file, plain_message
 from .signals import StampArray
 
 BATCH_BYTES = 8 * 2**20
@@ -86,14 +89,15 @@ class BagStream:
         from . import kernels  # noqa: F401  (numba is imported before a file is opened)
 
         for file in bag_files(self.bag.path):
-            if file.suffix == SQLITE:
-                yield from self._sqlite(file)
-                continue
-            reader = _ChunkReader(file, self.bag, self._topics, self._window)
-            for _ in reader.steps():
-                if reader.pending_bytes >= BATCH_BYTES or reader.loose >= _BATCH_MESSAGES:
-                    yield from reader.taken()
-            yield from reader.taken()
+            with plain_file(file) as plain, called(self.bag, plain, file):
+                if kind(file) == SQLITE:
+                    yield from self._sqlite(plain)
+                    continue
+                reader = _ChunkReader(plain, self.bag, self._topics, self._window)
+                for _ in reader.steps():
+                    if reader.pending_bytes >= BATCH_BYTES or reader.loose >= _BATCH_MESSAGES:
+                        yield from map(_unpacked, reader.taken())
+                yield from map(_unpacked, reader.taken())
 
     def _sqlite(self, file: Path) -> Iterator[Batch]:
         from .sqlite import SqliteFile
@@ -116,6 +120,17 @@ class BagStream:
                     held.clear()
                     size = count = 0
             yield from (joined(*one) for one in held.values())
+
+
+def _unpacked(batch: Batch) -> Batch:
+    """The batch with its messages unpacked, where they are packed one by one."""
+    if not batch.message(0).startswith(FRAME):
+        return batch
+    try:
+        messages = [plain_message(batch.message(i)) for i in range(batch.start.size)]
+    except ValueError as error:
+        raise InputError(f"{batch.topic.name}: a message {error}") from None
+    return joined(batch.topic, batch.log_time_ns.tolist(), messages)
 
 
 def joined(topic: TopicMessages, times: list[int], messages: list[bytes]) -> Batch:
