@@ -12,13 +12,35 @@ import pytest
 from ecyl_ros.cli.main import main
 from ecyl_ros.drive.drive_file import load_drive
 from ecyl_ros.gap.effort.judge import diagnose_effort
-from ecyl_ros.gap.effort.machine import Machine
+from ecyl_ros.gap.effort.machine import Machine, key_table, load_machine
+from ecyl_ros.recording.map import load_map
 from ecyl_ros.recording.reader import read_recording
 from ecyl_ros.recording.signals import Recording
 
 ROOT = Path(__file__).parents[2]
 SHARED = ROOT.parent / "shared"
 DOCS = ROOT / "docs" / "field"
+
+
+def test_the_drive_file_page_holds_the_keys_of_rigid_drives() -> None:
+    """docs/drive-file.md has the table that the code prints; the pages' files can be read."""
+    assert key_table() in (ROOT / "docs" / "drive-file.md").read_text(encoding="utf-8")
+    for path in DOCS.glob("*.yaml"):
+        if path.name.endswith(".map.yaml"):
+            assert load_map(path).signals
+        else:
+            assert load_machine(path).kind in ("rigid", "follower")
+
+
+def test_the_worked_examples_link_and_command_files_that_exist() -> None:
+    """Every link and every docs/ file of a printed command on the pages exists."""
+    for page in DOCS.glob("*.md"):
+        text = page.read_text(encoding="utf-8")
+        for target in re.findall(r"\]\(([^)#]+)\)", text):
+            assert (DOCS / target).exists(), (page, target)
+        for target in re.findall(r"docs/field/[\w.]+\w", text):
+            assert (ROOT / target).exists(), (page, target)
+
 
 needs_field = pytest.mark.skipif(
     not (SHARED / "field").is_dir(), reason="no field recordings beside the repository"
@@ -130,12 +152,14 @@ def test_laas_current_shows_the_same_cogging_in_both_states(tmp_path) -> None:
     found = []
     for mode in ("0", "1"):
         result = _diagnosed(
-            tmp_path, "laas_pmsm_cogging/speed_test1.txt", "laas", "laas", "--mode", mode
+            tmp_path, "laas_pmsm_cogging/speed_test.txt", "laas", "laas", "--mode", mode
         )
         cogging = _causes(result)["cogging_torque"]
         assert cogging["periods_per_rev"] == 72.0
         found.append(cogging["amplitude_nm"])
-        assert _measured(result)["inertia_kg_m2"]["value"] == pytest.approx(5e-6, rel=0.12)
+        inertia = _measured(result)["inertia_kg_m2"]
+        if mode == "1":  # swinging, the rotor shows its inertia; at even speed it hardly does
+            assert inertia["value"] == pytest.approx(5e-6, rel=0.12)
     assert found[0] == pytest.approx(found[1], rel=0.15)
 
 

@@ -254,3 +254,7 @@ def key_table() -> str:
             possible = f"above {one.low:g}" if one.open_low else f"{one.low:g} to {one.high:g}"
         rows.append(f"| `{name}` | {unit} | {possible} | {one.meaning} |")
     return "\n".join(rows)
+
+
+if __name__ == "__main__":
+    print(key_table())

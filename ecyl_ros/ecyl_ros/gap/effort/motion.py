@@ -30,6 +30,7 @@ _LEAST_SAMPLES = 1500  # to compare, so that steps of friction are seen in smoot
 _NOISE = 0.05  # share of the acceleration's power that may be noise
 _LONGEST_GAP = 5  # missing samples in a row that are bridged
 _SETTLE = 1.0  # periods of the bandwidth's frequency left out at ends and gaps
+_MOST_BENT, _JUMP = 0.999, 3.0  # of the second differences; beyond so many times it is a jump
 _EVEN = 0.02  # steps of the stamps may differ by this share and still be called even
 
 
@@ -137,6 +138,14 @@ def motion_of(
             found = np.unique(modes[np.isfinite(modes)])
             had = ", ".join(f"{one:g}" for one in found[:8]) or "none"
             raise InputError(f"{source}: mode {mode:g} does not occur; modes recorded: {had}")
+    jumps = _jumps(position, usable)
+    if jumps.any():
+        usable &= ~jumps
+        starts = int(np.sum(np.diff(jumps.astype(np.int8)) == 1) + jumps[0])
+        notes.append(
+            f"{starts} jumps of the position that no motion beside them comes near (a late stamp, "
+            "a slipped count) were left out"
+        )
     noise = machine.position_noise
     if noise is None:
         noise = position_noise(position, rate, usable)
@@ -315,6 +324,15 @@ def _eroded(mask: BoolArray, by: int, outside: bool = True) -> BoolArray:
     width = 2 * by + 1
     clear: BoolArray = summed[width:] - summed[:-width] == 0
     return clear
+
+
+def _jumps(position: FloatArray, usable: BoolArray) -> BoolArray:
+    """Samples beside a second difference far beyond all others of the recording."""
+    bend = np.zeros(position.size)
+    bend[1:-1] = np.abs(np.diff(position, 2))
+    limit = _JUMP * float(np.quantile(bend[usable], _MOST_BENT)) if usable.any() else 0.0
+    beyond = bend > (limit if limit > 0.0 else math.inf)
+    return ~_eroded(~beyond, 2, outside=False) if beyond.any() else beyond
 
 
 def _low_passed(sos: NDArray[np.float64], values: FloatArray) -> FloatArray:
