@@ -18,6 +18,7 @@ EVEN = 0.02  # of a step, by which steps may differ and still count as even
 SAME_CLOCK_S = 0.02  # transport delays reach this; clocks that differ by less are taken for one
 DRIFTED_S = 0.002  # over the recording: a drift of less is none
 _APART_NS = 30_000_000_000  # a longer pause makes two recordings; the longer one is used
+_LARGEST = 1e100  # of a value; slopes of larger ones leave the range of a float64
 # Commands and currents jump; a spline would ring there.
 _LINEAR = ("current_", "voltage_", "rotor_torque", "rod_force")
 
@@ -317,7 +318,7 @@ def _even_with(grid: StampArray, stamps: StampArray, close: NDArray[np.bool_]) -
 def _interpolated(
     name: str, values: FloatArray, stamps: StampArray, grid: StampArray, limit: float
 ) -> FloatArray:
-    known = np.isfinite(values)
+    known = np.abs(values) < _LARGEST  # what is not finite is not known
     out = np.full(grid.size, np.nan)
     if not known.any():
         return out

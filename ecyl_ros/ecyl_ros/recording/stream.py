@@ -103,23 +103,16 @@ class BagStream:
         from .sqlite import SqliteFile
 
         with SqliteFile(file, self.bag) as source:
-            held: dict[str, tuple[TopicMessages, list[int], list[bytes]]] = {}
-            size = count = 0
-            for topic, log_time, data in source.messages(*self._window):
-                if self._topics is not None and topic.name not in self._topics:
-                    continue
-                if topic.name not in held:
-                    held[topic.name] = (topic, [], [])
-                _, times, messages = held[topic.name]
-                times.append(log_time)
-                messages.append(data)
-                size += len(data)
-                count += 1
-                if size >= BATCH_BYTES or count >= 4 * _BATCH_MESSAGES:
-                    yield from (joined(*one) for one in held.values())
-                    held.clear()
-                    size = count = 0
-            yield from (joined(*one) for one in held.values())
+            for ids, times, messages in source.columns(*self._window):
+                lengths = np.fromiter(map(len, messages), dtype=np.int64, count=len(ids))
+                starts = np.cumsum(lengths) - lengths
+                data = np.frombuffer(b"".join(messages), dtype=np.uint8)
+                stamps, numbers = np.array(times, dtype=np.int64), np.array(ids, dtype=np.int64)
+                for number, topic in source.topics.items():
+                    own = np.flatnonzero(numbers == number)
+                    if own.size and (self._topics is None or topic.name in self._topics):
+                        found = Batch(topic, stamps[own], data, starts[own], lengths[own])
+                        yield _unpacked(found)
 
 
 def _unpacked(batch: Batch) -> Batch:
