@@ -9,9 +9,6 @@ import numpy as np
 from ..drive.compiled import kernel
 from .effect import Effect, Evidence, Quantity, Start
 
-# The step at zero current is this wide: ripple and the switches' capacitance round it off.
-TRANSITION_A = 0.02
-
 
 def starts(evidence: Evidence) -> list[Start]:
     """Fractions of the voltage that drives the current at hand."""

@@ -160,9 +160,16 @@ class _Competition:
         return sorted(self.map(self.fitter.search, fits), key=lambda one: one.fitted)
 
     def best_of(self, sets: Sequence[Fit]) -> list[Fit]:
-        """Fit sets of effects, the less promising ones less far; best first."""
+        """Fit sets of effects, the less promising ones less far; best first.
+
+        sets: the most promising first; that one is searched whatever a short fit makes of it.
+        """
         glimpsed = self.map(lambda one: self.fitter.fit(one, steps=2, difference=MEDIUM), sets)
+        first = glimpsed[0]
         glimpsed.sort(key=lambda one: one.fitted)
+        if first in glimpsed[_SEARCHED_SETS:]:
+            glimpsed.remove(first)
+            glimpsed.insert(_SEARCHED_SETS - 1, first)
         searched = self.search(glimpsed[:_SEARCHED_SETS])
         close = [one for one in searched[1:2] if one.fitted < _CLOSE * searched[0].fitted]
         polished = self.polish([*searched[:1], *close], 10)
@@ -265,8 +272,9 @@ class _Competition:
     def sets_upon(self, firsts: Sequence[Fit]) -> list[Fit]:
         """Each of `firsts` with one more effect, the most promising started, not yet fitted."""
         best: dict[frozenset[str], _Promise] = {}
-        for first in firsts:
-            for one in self._most_promising(first, self.starts(first, self.names, _STARTS_IN_SETS)):
+        for rank, first in enumerate(firsts):
+            most = _STARTS if rank == 0 else _STARTS_IN_SETS
+            for one in self._most_promising(first, self.starts(first, self.names, most)):
                 key = frozenset(one.fit.names)
                 if key not in best or one.score < best[key].score:
                     best[key] = one

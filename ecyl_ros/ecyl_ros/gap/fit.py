@@ -152,15 +152,24 @@ class Fitter:
         """Fit from afar, without the parameters that only shape an effect.
 
         One parameter: golden sections and parabolas along its valley, which no spike can mislead.
-        Several: least squares with coarse derivatives first, then with finer ones.
+        Several: the same along each effect that has but one, then least squares of all, with coarse
+        derivatives first and finer ones after.
         """
-        if len(self._coordinates(start, nuisances=False)) == 1:
-            return self._search_along(start)
-        turned = self._turn(start)
+        coordinates = self._coordinates(start, nuisances=False)
+        if len(coordinates) == 1:
+            return self._search_along(start, coordinates[0])
+        replays, best = 0, start
+        # Of a set, first the effects with one parameter each, the latest addition first.
+        for name in reversed(start.names):
+            alone = [one for one in coordinates if one.effect == name]
+            if len(alone) == 1:
+                best = self._search_along(best, alone[0])
+                replays += best.replays
+        turned = self._turn(best)
         found = self.fit(turned, steps=6, difference=COARSE)
         again = self._turn(found)
         finer = self.fit(again, steps=4, difference=MEDIUM)
-        replays = turned.replays + found.replays + again.replays + finer.replays
+        replays += turned.replays + found.replays + again.replays + finer.replays
         return dataclasses.replace(finer, replays=replays)
 
     def polish(self, start: Fit, steps: int) -> Fit:
@@ -212,8 +221,7 @@ class Fitter:
                         best = tried
         return dataclasses.replace(best, replays=replays)
 
-    def _search_along(self, start: Fit) -> Fit:
-        (one,) = self._coordinates(start, nuisances=False)
+    def _search_along(self, start: Fit, one: Coordinate) -> Fit:
         best, replays = start, 0
 
         def at(point: float) -> float:
