@@ -156,7 +156,7 @@ def test_clearance_of_table_1_is_twice_what_the_text_says(truth):
     found = identify(truth, shaft_twist_rad_per_nm=SHAFT)
     expected = 2.0 * (14.725 * 1.491 + 0.529 * (1.5 - 1.491))
     assert found.clearance_rad.value / ARCMIN == pytest.approx(expected, rel=1e-3)
-    assert found.clearance_read_rad / ARCMIN == pytest.approx(expected, rel=1e-2)
+    assert found.clearance_read_rad / ARCMIN == pytest.approx(expected, rel=2e-2)
     assert expected / 20.15 == pytest.approx(2.16, rel=0.01)
 
 
@@ -274,6 +274,68 @@ def test_a_recording_is_a_loop_too(tmp_path, capsys):
     assert any("was not locked" in note for note in notes)
 
 
+def test_sensor_zeros_do_not_matter(truth):
+    """2 N m and 40 arcmin added to every reading change no figure but the zeros."""
+    noisy = with_sensors(truth, BenchSensors(), 1)
+    moved = dataclasses.replace(
+        noisy, torque_nm=noisy.torque_nm + 2.0, angle_rad=noisy.angle_rad + 40.0 * ARCMIN
+    )
+    # The shaft's twist is left in: taken off the moved torque it would move the angle.
+    here, there = identify(noisy), identify(moved)
+    for name in TABLE_1:
+        assert getattr(there.fit, name).value == pytest.approx(
+            getattr(here.fit, name).value, rel=1e-5
+        )
+    assert there.fit.torque_zero_nm - here.fit.torque_zero_nm == pytest.approx(2.0, abs=1e-5)
+    assert there.clearance_rad.value == pytest.approx(here.clearance_rad.value, rel=1e-5)
+
+
+@pytest.mark.parametrize(("friction", "load"), [(0.0, 0.0), (3.0, 0.0), (8.0, 0.1)])
+def test_friction_of_any_size_cancels(friction, load):
+    """Without, with 3 N m, with 8 N m and 10 % of the load: k2, k3, T2 within 0.5 % of Table 1."""
+    test = BenchTest(friction_nm=friction, load_friction=load, shaft_twist_rad_per_nm=0.0)
+    fit = identify(simulated_loop(table1.table_1_drive(), test)).fit
+    for name in ("k2_rad_per_nm", "k3_rad_per_nm", "t2_nm"):
+        assert getattr(fit, name).value == pytest.approx(TABLE_1[name], rel=5e-3), name
+
+
+def test_a_loop_begun_within_an_edge_is_put_together():
+    """From the middle of one rising edge to that of the next: both parts count as one edge."""
+    test = BenchTest(loops=2, shaft_twist_rad_per_nm=0.0)
+    loop = simulated_loop(table1.table_1_drive(), test)
+    tops = np.flatnonzero(loop.torque_nm >= 50.0)
+    part = slice(int(tops[2]) - 2000, int(tops[-1]) - 2000)
+    cut = Loop(loop.torque_nm[part], loop.angle_rad[part])
+    edges = split_edges(cut)
+    assert (len(edges.rising), len(edges.falling)) == (2, 1)
+    assert identify(cut).fit.k2_rad_per_nm.value == pytest.approx(
+        TABLE_1["k2_rad_per_nm"], rel=1e-3
+    )
+
+
+@pytest.mark.parametrize("limit", [5.0, 14.0])
+def test_a_short_loop_says_what_it_cannot_show(limit):
+    """To 14 N m T2 is out of reach: one stiffness, said so, within 3 % of 1/k2. To 5 N m friction
+    turns round over the flanks: a note says up to which torque anything is known."""
+    test = BenchTest(torque_limit_nm=limit, friction_nm=0.5)
+    loop = with_sensors(simulated_loop(table1.table_1_drive(), test), BenchSensors(), 1)
+    found = identify(loop, shaft_twist_rad_per_nm=SHAFT)
+    assert found.fit.k3_rad_per_nm is None and found.fit.t2_nm is None
+    assert any("no k3" in note for note in found.notes)
+    if limit == 14.0:
+        expected = pytest.approx(TABLE_1["k2_rad_per_nm"], rel=0.03)
+        assert found.fit.k2_rad_per_nm.value == expected
+    else:
+        assert any("nothing is known beyond" in note for note in found.notes)
+
+
+def test_a_soft_transmission_takes_no_longer():
+    """Profile `paper`, 50 N m on 1.89 N m/rad, 26 rad: simulated in the same number of steps."""
+    loop = simulated_loop(load_drive("paper"), BenchTest(friction_nm=0.0, load_friction=0.0))
+    expected = 0.5 * 5.861397e-3 + 17.23 / 1.890359 + (50.0 - 17.23) / 2.873563
+    assert loop.angle_rad.max() == pytest.approx(expected, rel=1e-6)
+
+
 def test_effects_of_the_drive_act_on_the_bench():
     """A drive with stiffness_error and rotor friction shows both in its loop."""
     drive = dataclasses.replace(
@@ -309,7 +371,7 @@ def test_bad_input_is_one_line_and_exit_2(tmp_path, capsys):
     (tmp_path / "few.csv").write_text("torque_nm,angle_rad\n1,2\n3,4\n")
     out = tmp_path / "o.json"
     for arguments, wanted in (
-        (["--loop", str(half)], "no falling edge"),
+        (["--loop", str(half)], "no falling edges"),
         (["--loop", str(tmp_path / "words.csv")], "line 2: angle_rad is 'x'"),
         (["--loop", str(tmp_path / "few.csv")], "2 readings"),
         (["--loop", str(tmp_path / "none.csv")], "No such file"),
@@ -331,13 +393,15 @@ def test_bad_input_is_one_line_and_exit_2(tmp_path, capsys):
         assert not out.exists()
 
 
-def test_a_loop_that_is_no_loop_is_refused():
+def test_a_loop_that_is_no_loop_is_refused(truth):
     """NaN, a shaft that never turns and one edge only are refused by name."""
-    ramp = np.linspace(0.0, 1.0, 100)
+    ramp = np.linspace(0.0, 1.0, 2000)
     with pytest.raises(InputError, match="angle_rad never changes"):
-        Loop(torque_nm=ramp, angle_rad=np.zeros(100))
+        Loop(torque_nm=ramp, angle_rad=np.zeros(2000))
+    with pytest.raises(InputError, match="falls as the torque rises"):
+        identify(dataclasses.replace(truth, angle_rad=-truth.angle_rad))
     with pytest.raises(InputError, match="torque_nm holds NaN"):
-        Loop(torque_nm=np.full(100, np.nan), angle_rad=ramp)
+        Loop(torque_nm=np.full(2000, np.nan), angle_rad=ramp)
 
 
 def test_the_verb_draws_the_loop(tmp_path):

@@ -125,6 +125,7 @@ def _clearance(part: BenchPart) -> Table:
     stiffness = part.read.stiffness
     paper = published.CLEARANCE_RAD / ARCMIN
     found = clearance.value / ARCMIN
+    largest = float(abs(part.read.curve.torque_nm - part.read.fit.torque_zero_nm).max())
     slope = stiffness[0].nm_per_rad.value * ARCMIN
     printed = ARCMIN / table1.K2
     ratio = table_1_drive().transmission.gear_ratio
@@ -144,7 +145,7 @@ def _clearance(part: BenchPart) -> Table:
         ),
         ("the same / (N m/rad)", None, stiffness[0].nm_per_rad.value, None),
         ("stiffness 1/k3, equation (8) / (N m/rad)", None, stiffness[1].nm_per_rad.value, None),
-        ("secant to 42.5 N m / (N m/rad)", None, part.read.secant_nm_per_rad, None),
+        (f"secant to {largest:.0f} N m / (N m/rad)", None, part.read.secant_nm_per_rad, None),
         (
             "jump of equation (7) at T2, as printed and put right / arcmin",
             -TABLE_1_LINES.jump_as_printed_rad / ARCMIN,

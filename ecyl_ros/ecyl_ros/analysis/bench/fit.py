@@ -10,6 +10,10 @@ Least squares itself demands that the errors beyond T2 add up to zero (the deriv
 constant there), which puts the third line through the middle of its points and gives T2 from T1,
 the slopes and that middle. So the tie costs nothing: the optimum is that of five free parameters.
 
+The zeros of both sensors are fitted along: a torquemeter that is off by a newton metre would
+double or halve k1. Without a slope in the clearance and without a second corner nothing tells one
+zero from the other, nor does it matter.
+
 Intervals come from the Jacobian of all parameters at the optimum, and the scatter of what is left.
 """
 
@@ -48,7 +52,7 @@ class LineFit:
         lines: as equation (7) has them.
         k1_rad_per_nm ... t2_nm: estimates; None where the curve does not show the parameter.
         clearance_rad: 2 (k1 - k2) T1, the dead zone that leaves the second line where it is.
-        angle_zero_rad: angle of the curve's centre.
+        angle_zero_rad, torque_zero_nm: readings at the curve's centre.
         misfit_nm: RMS of the torques about the curve.
         points: fitted.
         notes: which parameters the curve does not show, one line each.
@@ -62,6 +66,7 @@ class LineFit:
     t2_nm: Estimate | None
     clearance_rad: Estimate
     angle_zero_rad: float
+    torque_zero_nm: float
     misfit_nm: float
     points: int
     notes: tuple[str, ...]
@@ -82,10 +87,11 @@ class LineFit:
 
 @dataclass(frozen=True)
 class _Shape:
-    """Which of the parameters (s1, s2, s3, a1, a2, zero) are free.
+    """Which of the parameters (s1, s2, s3, a1, a2, zero, t0) are free.
 
-    s: stiffness of each line; a: angle of each corner from the centre; zero: angle of the centre.
-    Without a sloping first line s1 = 0; without a second corner s3 = s2 and a2 is out of reach.
+    s: stiffness of each line; a: angle of each corner from the centre; zero, t0: angle and torque
+    of the centre. Without a sloping first line s1 = 0; without a second corner s3 = s2 and a2 is
+    out of reach; without either t0 = 0.
     """
 
     sloping: bool
@@ -98,10 +104,10 @@ class _Shape:
         names += [2] if self.corner else []
         names += [3]
         names += [4] if self.corner else []
-        return [*names, 5]
+        return [*names, 5, 6] if self.sloping or self.corner else [*names, 5]
 
     def full(self, free: FloatArray) -> FloatArray:
-        values = np.zeros(6)
+        values = np.zeros(7)
         values[self.free] = free
         if not self.corner:
             values[2], values[4] = values[1], np.inf
@@ -109,17 +115,17 @@ class _Shape:
 
 
 def _torque(values: FloatArray, angle: FloatArray) -> FloatArray:
-    s1, s2, s3, a1, a2, zero = values
+    s1, s2, s3, a1, a2, zero, t0 = values
     twist = angle - zero
     size = np.abs(twist)
     torque = s1 * np.minimum(size, a1) + s2 * np.clip(size - a1, 0.0, max(a2 - a1, 0.0))
     if np.isfinite(a2):
         torque += s3 * np.maximum(size - a2, 0.0)
-    return np.sign(twist) * torque
+    return t0 + np.sign(twist) * torque
 
 
 def _lines(values: FloatArray) -> ThreeLines:
-    s1, s2, s3, a1, a2, _ = values
+    s1, s2, s3, a1, a2, _, _ = values
     t1 = s1 * a1
     t2 = t1 + s2 * (a2 - a1) if np.isfinite(a2) else np.inf
     k1 = 1.0 / s1 if s1 > 0.0 else np.inf
@@ -150,7 +156,8 @@ def fit_lines(curve: MedianCurve) -> LineFit:
     _, shape, values, rest = min(tried, key=lambda one: one[0])
     jacobian = _jacobian(lambda v: _torque(shape.full(v), angle), values)
     spare = angle.size - len(shape.free)
-    units = np.array([*[torque_scale / angle_scale] * 3, *[angle_scale] * 3])[shape.free]
+    units = np.array([*[torque_scale / angle_scale] * 3, *[angle_scale] * 3, torque_scale])
+    units = units[shape.free]
     covariance = np.linalg.pinv(jacobian.T @ jacobian) * float(rest @ rest) / spare
     covariance = covariance * np.outer(units, units)
     return _described(shape, values * units, covariance, float(rest.std()) * torque_scale, rest)
@@ -181,6 +188,7 @@ def _described(
         t2_nm=of("t2") if shape.corner else None,
         clearance_rad=_estimate(_dead_zone, full, shape, covariance, rest.size),
         angle_zero_rad=float(full[5]),
+        torque_zero_nm=float(full[6]),
         misfit_nm=misfit,
         points=int(rest.size),
         notes=tuple(notes),
@@ -191,7 +199,7 @@ def _described(
 
 
 def _dead_zone(values: FloatArray) -> float:
-    s1, s2, _, a1, _, _ = values
+    s1, s2, _, a1, _, _, _ = values
     return float(2.0 * a1 * (1.0 - s1 / s2))
 
 
@@ -238,7 +246,7 @@ def _fitted(
     values = start
     place = shape.free.index(4)
     for _ in range(ROUNDS):
-        twist = angle - values[-1]
+        twist = angle - values[shape.free.index(5)]
         beyond = np.abs(twist) > values[place]
         if beyond.sum() < 3:
             return None
@@ -260,10 +268,10 @@ def _fitted(
 
 def _tie(values: FloatArray, angle: FloatArray, torque: FloatArray, beyond: np.ndarray) -> float:
     """Corner angle that puts the third line through the middle of the points beyond it."""
-    s1, s2, s3, a1, _, zero = values
+    s1, s2, s3, a1, _, zero, t0 = values
     twist = angle[beyond] - zero
     middle_angle = float(np.abs(twist).mean())
-    middle_torque = float((np.sign(twist) * torque[beyond]).mean())
+    middle_torque = float((np.sign(twist) * (torque[beyond] - t0)).mean())
     if s2 == s3:
         return middle_angle
     return float((middle_torque - s1 * a1 + s2 * a1 - s3 * middle_angle) / (s2 - s3))
@@ -272,7 +280,7 @@ def _tie(values: FloatArray, angle: FloatArray, torque: FloatArray, beyond: np.n
 def _sound(
     shape: _Shape, values: FloatArray, angle: FloatArray, torque: FloatArray
 ) -> tuple[FloatArray, FloatArray] | None:
-    s1, s2, s3, a1, a2, _ = full = shape.full(values)
+    s1, s2, s3, a1, a2, _, _ = full = shape.full(values)
     rising = s2 > 0.0 and s3 > 0.0 and s1 >= 0.0 and 0.0 < a1 < a2
     if not rising or (shape.corner and a2 >= np.abs(angle).max()):
         return None
@@ -281,22 +289,23 @@ def _sound(
 
 def _start(shape: _Shape, angle: FloatArray, torque: FloatArray) -> FloatArray | None:
     """The best of a grid of corners; the slopes then are linear least squares."""
-    zero = _centre(angle, torque)
+    zero, t0 = _centre(angle, torque) if 6 in shape.free else (_middle(angle, torque)[0], 0.0)
     size, sign = np.abs(angle - zero), np.sign(angle - zero)
+    loaded = torque - t0
     reach = float(size.max())
     corners = np.quantile(size, np.linspace(0.02, 0.98, GRID))
     best: tuple[float, FloatArray] | None = None
     for first in corners:
         for second in corners[corners > first] if shape.corner else (np.inf,):
             columns = _basis(shape, size, float(first), float(second))
-            slopes, *_ = np.linalg.lstsq(sign[:, None] * columns, torque, rcond=None)
+            slopes, *_ = np.linalg.lstsq(sign[:, None] * columns, loaded, rcond=None)
             if np.any(slopes <= 0.0):
                 continue
-            rest = (sign[:, None] * columns) @ slopes - torque
+            rest = (sign[:, None] * columns) @ slopes - loaded
             cost = float(rest @ rest)
             if best is None or cost < best[0]:
                 corner = [second] if shape.corner else []
-                best = (cost, np.array([*slopes, first, *corner, zero], dtype=np.float64))
+                best = (cost, np.array([*slopes, first, *corner, zero, t0])[: len(shape.free)])
     return None if best is None or reach <= 0.0 else best[1]
 
 
@@ -308,9 +317,19 @@ def _basis(shape: _Shape, size: FloatArray, first: float, second: float) -> Floa
     return np.stack(columns, axis=1)
 
 
-def _centre(angle: FloatArray, torque: FloatArray) -> float:
-    """Middle between the flanks at equal torques, which the steep part near zero does not blur."""
+def _centre(angle: FloatArray, torque: FloatArray) -> tuple[float, float]:
+    """Angle and torque about which the flanks are most nearly the same, turned round."""
+    offsets = np.linspace(-0.2, 0.2, 81)
+    middles = [_middle(angle, torque - one) for one in offsets]
+    best = int(np.argmin([scatter for _, scatter in middles]))
+    return middles[best][0], float(offsets[best])
+
+
+def _middle(angle: FloatArray, torque: FloatArray) -> tuple[float, float]:
+    """Middle between the flanks at equal torques, which the steep part near zero does not blur, and
+    how much it scatters over those torques."""
     order = np.argsort(torque)
-    levels = np.linspace(0.3, 0.9, 25) * min(torque.max(), -torque.min())
+    levels = np.linspace(0.2, 0.9, 29) * min(torque.max(), -torque.min())
     up, down = (np.interp(sign * levels, torque[order], angle[order]) for sign in (1.0, -1.0))
-    return float(np.median(0.5 * (up + down)))
+    middle = 0.5 * (up + down)
+    return float(np.median(middle)), float(middle.std())

@@ -12,7 +12,7 @@ from . import table1
 from .edges import Edges, split_edges
 from .fit import Estimate, LineFit, fit_lines
 from .loop import Loop
-from .median_curve import PER_BIN, TIPS, MedianCurve, median_curve
+from .median_curve import MedianCurve, median_curve
 
 
 @dataclass(frozen=True)
@@ -35,7 +35,7 @@ class Identified:
     Attributes:
         loop, edges, curve, fit: the way there.
         clearance_rad: angle between the points at -+3 % of rated torque on the fitted curve.
-        clearance_read_rad: the same read off the median curve's points.
+        clearance_read_rad: the same read off the median curve's points; NaN where it has none.
         clearance_torque_nm: that torque.
         stiffness: segments of equation (8).
         secant_nm_per_rad: largest torque fitted over its angle from the centre, for comparison.
@@ -61,8 +61,7 @@ def identify(
     *,
     rated_torque_nm: float = table1.RATED_TORQUE,
     shaft_twist_rad_per_nm: float = 0.0,
-    per_bin: int = PER_BIN,
-    tips: float = TIPS,
+    per_bin: int | None = None,
 ) -> Identified:
     """Identify the transmission in a loop.
 
@@ -71,7 +70,7 @@ def identify(
         rated_torque_nm: the clearance is read between the points at +-3 % of it.
         shaft_twist_rad_per_nm: twist of the shaft up to the angle sensor, which is no part of the
             transmission and is taken off.
-        per_bin, tips: see `median_curve`.
+        per_bin: see `median_curve`.
 
     Raises:
         InputError: see `split_edges`, `median_curve`, `fit_lines`; a rated torque of which 3 % are
@@ -80,14 +79,19 @@ def identify(
     torque = table1.RATED_SHARE * rated_torque_nm
     edges = split_edges(loop)
     turned = replace(loop, angle_rad=loop.angle_rad - shaft_twist_rad_per_nm * loop.torque_nm)
-    curve = median_curve(turned, edges, per_bin=per_bin, tips=tips)
+    curve = median_curve(turned, edges, per_bin=per_bin)
     largest = float(np.abs(curve.torque_nm).max())
     if not 0.0 < torque < largest:
         raise InputError(
             f"{loop.source}: 3 % of a rated torque of {rated_torque_nm:g} N m is {torque:g} N m, "
             f"expected more than 0 and within the loop's {largest:.4g} N m"
         )
+    if float(np.polyfit(curve.angle_rad, curve.torque_nm, 1)[0]) <= 0.0:
+        raise InputError(
+            f"{loop.source}: the angle falls as the torque rises; expected both of one sign"
+        )
     fit = fit_lines(curve)
+    largest = float(np.abs(curve.torque_nm - fit.torque_zero_nm).max())
     last = float(fit.lines.angle_rad(np.array([largest]))[0])
     return Identified(
         loop=turned,
@@ -95,7 +99,7 @@ def identify(
         curve=curve,
         fit=fit,
         clearance_rad=fit.angle_estimate(torque),
-        clearance_read_rad=_read_off(curve, torque),
+        clearance_read_rad=_read_off(curve, torque, fit.torque_zero_nm),
         clearance_torque_nm=torque,
         stiffness=_stiffness(fit),
         secant_nm_per_rad=largest / last,
@@ -104,15 +108,17 @@ def identify(
     )
 
 
-def _read_off(curve: MedianCurve, torque_nm: float) -> float:
+def _read_off(curve: MedianCurve, torque_nm: float, zero_nm: float) -> float:
     """Angle between the outermost passages of -torque and +torque on the median curve, rad."""
-    angle, torque = curve.angle_rad, curve.torque_nm
+    angle, torque = curve.angle_rad, curve.torque_nm - zero_nm
     return _passage(angle, torque, torque_nm) + _passage(-angle[::-1], -torque[::-1], torque_nm)
 
 
 def _passage(angle: FloatArray, torque: FloatArray, level: float) -> float:
     # Noise may cross the level more than once: the middle of first and last.
     crossed = np.flatnonzero((torque[:-1] < level) & (torque[1:] >= level))
+    if not crossed.size:
+        return float("nan")
     share = (level - torque[crossed]) / (torque[crossed + 1] - torque[crossed])
     places = angle[crossed] + share * (angle[crossed + 1] - angle[crossed])
     return 0.5 * float(places.min() + places.max())

@@ -19,10 +19,16 @@ from ...recording.signals import FloatArray
 from .edges import Edges
 from .loop import Loop
 
-PER_BIN = 20  # readings, both edges together
+PER_BIN = 20  # readings, both edges together; fewer where the loop has few
 MIN_POINTS = 20
-TIPS = 0.15  # of the torque left out at either end, where friction is still turning round
-CLOSED = 0.7  # a loop narrower than this share of its usual width is still opening
+WANTED_POINTS = 60
+SMOOTHED = 9  # bins, for the loop's width
+OPEN = 0.9  # of its usual width from which a loop counts as open
+MARGIN = 3.0  # angles to OPEN left out
+USUAL = 0.9  # quantile of the widths on a flank that counts as usual
+TRUSTED = 3.0  # scatters of the width that friction must exceed to spoil anything
+FINEST = 1e-6  # of the torque's range: a narrower loop has no width
+NARROW = 0.5  # of the loop's torques: a curve over less is told of
 
 
 @dataclass(frozen=True)
@@ -43,24 +49,23 @@ class MedianCurve:
     notes: tuple[str, ...] = ()
 
 
-def median_curve(
-    loop: Loop, edges: Edges, *, per_bin: int = PER_BIN, tips: float = TIPS
-) -> MedianCurve:
+def median_curve(loop: Loop, edges: Edges, *, per_bin: int | None = None) -> MedianCurve:
     """The median curve of a loop.
+
+    Its ends are left out: after a turn, friction takes some angle to turn round, and the mean of
+    the edges is off by what is missing. That is seen in the loop's width, which opens from nothing
+    to friction over the same angle; three times the angle to 90 % of it is left out, after which
+    0.1 % is missing.
 
     Args:
         loop, edges: readings and where they rise and fall.
-        per_bin: readings per point.
-        tips: share of the largest torque left out at either end.
+        per_bin: readings per point; 20 unless given, fewer where that leaves too few points.
 
     Raises:
         InputError: too few readings for 20 points, or a setting that is not possible.
     """
-    if per_bin < 4 or not 0.0 <= tips < 0.9:
-        raise InputError(
-            f"bench: {per_bin} readings per point and {tips:g} left out at the tips, expected 4 "
-            "or more and 0 to 0.9"
-        )
+    if per_bin is not None and per_bin < 4:
+        raise InputError(f"bench: {per_bin} readings per point, expected 4 or more")
     sides = [
         (
             np.concatenate([loop.angle_rad[one] for one in slices]),
@@ -71,11 +76,12 @@ def median_curve(
     low = max(float(angle.min()) for angle, _ in sides)
     high = min(float(angle.max()) for angle, _ in sides)
     pooled = np.sort(np.concatenate([a[(a >= low) & (a <= high)] for a, _ in sides]))
-    count = pooled.size // per_bin
+    each = per_bin or max(4, min(PER_BIN, pooled.size // WANTED_POINTS))
+    count = pooled.size // each
     if count < MIN_POINTS:
         raise InputError(
             f"{loop.source}: {pooled.size} readings on both edges, expected "
-            f"{MIN_POINTS * per_bin} or more"
+            f"{MIN_POINTS * each} or more"
         )
     borders = pooled[np.linspace(0, pooled.size - 1, count + 1).astype(int)]
     (rise_angle, rise), (fall_angle, fall) = (
@@ -83,16 +89,37 @@ def median_curve(
     )
     angle, torque = 0.5 * (rise_angle + fall_angle), 0.5 * (rise + fall)
     half = 0.5 * (rise - fall)
-    largest = min(float(np.abs(loop.torque_nm[one]).max()) for one in edges.rising + edges.falling)
-    kept = np.isfinite(torque) & (np.abs(torque) <= (1.0 - tips) * largest)
-    if kept.sum() < MIN_POINTS:
+    known = np.isfinite(torque)
+    angle, torque, half = angle[known], torque[known], half[known]
+    first, last = _open(angle, torque, half) if known.sum() >= MIN_POINTS else (0, 0)
+    if last - first < MIN_POINTS:
         raise InputError(
-            f"{loop.source}: {int(kept.sum())} points where both edges were read, expected "
-            f"{MIN_POINTS} or more"
+            f"{loop.source}: {last - first} points where both edges were read and the loop is "
+            f"open, expected {MIN_POINTS} or more; load further, or more slowly"
         )
-    angle, torque, half = angle[kept], torque[kept], half[kept]
+    angle, torque, half = angle[first:last], torque[first:last], half[first:last]
     friction = float(np.median(half))
-    return MedianCurve(angle, torque, half, friction, _notes(loop, half, friction, tips))
+    return MedianCurve(angle, torque, half, friction, _notes(loop, torque, friction))
+
+
+def _open(angle: FloatArray, torque: FloatArray, half: FloatArray) -> tuple[int, int]:
+    """First and last bin (exclusive) between which the loop is open."""
+    from scipy.ndimage import median_filter
+
+    width = np.abs(median_filter(half, size=SMOOTHED, mode="nearest"))
+    scatter = 1.4826 * float(np.median(np.abs(half - np.median(half))))
+    middle = width.size // 2
+    cuts = []
+    for part in (width[:middle], width[middle:][::-1]):  # from the end inwards
+        usual = float(np.quantile(part, USUAL))
+        if usual <= max(TRUSTED * scatter / np.sqrt(SMOOTHED), FINEST * float(np.ptp(torque))):
+            cuts.append(0)
+            continue
+        cuts.append(int(np.flatnonzero(part >= OPEN * usual)[0]))
+    low = angle[0] + MARGIN * (angle[cuts[0]] - angle[0])
+    high = angle[-1] - MARGIN * (angle[-1] - angle[angle.size - 1 - cuts[1]])
+    inside = np.flatnonzero((angle >= low) & (angle <= high))
+    return (int(inside[0]), int(inside[-1]) + 1) if inside.size else (0, 0)
 
 
 def _medians(
@@ -110,18 +137,16 @@ def _distinct(borders: FloatArray) -> FloatArray:
     return np.unique(borders)
 
 
-def _notes(loop: Loop, half: FloatArray, friction: float, tips: float) -> tuple[str, ...]:
+def _notes(loop: Loop, torque: FloatArray, friction: float) -> tuple[str, ...]:
     notes = []
     if friction < 0.0:
         notes.append(
             f"{loop.source}: rising torque is below falling torque by {-2.0 * friction:.3g} N m: "
-            "the loop runs backwards; are torque and angle of one sign?"
+            "the loop runs backwards in time"
         )
-    ends = max(3, half.size // 50)
-    for name, part in (("lower", half[:ends]), ("upper", half[-ends:])):
-        if friction > 0.0 and float(np.median(part)) < CLOSED * friction:
-            notes.append(
-                f"{loop.source}: the loop is still narrow at its {name} end: friction turns round "
-                f"over more than the {tips:.0%} left out"
-            )
+    if np.ptp(torque) < NARROW * np.ptp(loop.torque_nm):
+        notes.append(
+            f"{loop.source}: nothing is known beyond {torque.min():.3g} to {torque.max():.3g} N m: "
+            "over the rest friction turns round; load further to see more of the flanks"
+        )
     return tuple(notes)

@@ -38,13 +38,14 @@ def draw(axis: Any, found: Identified) -> None:
     angle = np.concatenate((-half[::-1], half)) / ARCMIN
     zero = found.fit.angle_zero_rad
     every = max(1, found.loop.torque_nm.size // DRAWN)
-    read = (found.loop.torque_nm[::every], (found.loop.angle_rad[::every] - zero) / ARCMIN)
+    shift = found.fit.torque_zero_nm
+    read = (found.loop.torque_nm[::every] - shift, (found.loop.angle_rad[::every] - zero) / ARCMIN)
     point = found.clearance_torque_nm
     reach = 0.5 * found.clearance_rad.value / ARCMIN
     for one, small in ((axis, False), (inset, True)):
         one.plot(*read, ".", ms=1.5, color="0.72", label="readings", rasterized=True)
         one.plot(
-            found.curve.torque_nm,
+            found.curve.torque_nm - shift,
             (found.curve.angle_rad - zero) / ARCMIN,
             ".",
             ms=4,

@@ -37,12 +37,13 @@ def as_json(found: Identified, budget: tuple[BudgetItem, ...]) -> dict[str, Any]
             "t1_nm": _json(fit.t1_nm),
             "t2_nm": _json(fit.t2_nm),
             "angle_zero_rad": fit.angle_zero_rad,
+            "torque_zero_nm": fit.torque_zero_nm,
             "misfit_nm": fit.misfit_nm,
         },
         "clearance_rad": {
             **_known(found.clearance_rad),
             "at_torque_nm": found.clearance_torque_nm,
-            "read_off_rad": found.clearance_read_rad,
+            "read_off_rad": _number(found.clearance_read_rad),
         },
         "dead_zone_rad": _json(fit.clearance_rad),
         "stiffness": [

@@ -26,6 +26,7 @@ from .sensors import BenchSensors, read
 
 STEPS = 8000  # of angle from one end of the loop to the other
 STEPS_PER_BREAKAWAY = 20
+TURNED = 30  # breakaways after which friction has turned round to 1e-13
 MARGIN = 1.05
 
 
@@ -154,8 +155,12 @@ def _sweep(
     reach = MARGIN * _angle_at(p, abs(goal_nm))  # friction only takes off from what is transmitted
     breakaway = float(p["rotor_breakaway"]) if p["acts_at_rotor_friction"] else test.breakaway_rad
     span = reach + sign * -start
-    step = min(2.0 * reach / STEPS, breakaway / STEPS_PER_BREAKAWAY)
-    way = np.linspace(0.0, span, int(span / step) + 2)
+    # Fine where friction turns round, and on every corner of the law; straight in between.
+    turning = np.linspace(0.0, min(span, TURNED * breakaway), TURNED * STEPS_PER_BREAKAWAY)
+    corners = float(p["half_backlash"]) + p["deflection_start"][: p["segments"]]
+    met = sign * (np.concatenate((corners, -corners)) - start)
+    met = met[(met > 0.0) & (met < span)]
+    way = np.unique(np.concatenate((np.linspace(0.0, span, STEPS), turning, met)))
     angle = start + sign * way
     transmitted = np.array([mode_torque(x, 0.0, contact_mode(x, 0.0, p), p) for x in angle])
     level = test.friction_nm + test.load_friction * np.abs(transmitted)
