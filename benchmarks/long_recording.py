@@ -19,6 +19,7 @@ from report import Report, parser
 from ecyl_ros.gap.screen import LONGEST_S
 from ecyl_ros.recording import SIGNALS, TOPICS, Recording
 from ecyl_ros.recording.cdr import encode
+from ecyl_ros.recording.load import present
 from ecyl_ros.recording.mapped import contract_map
 from ecyl_ros.recording.stretch import pick_stretch
 from ecyl_ros.recording.writer import RecordingWriter
@@ -110,10 +111,10 @@ def main() -> None:
             "inspect_mb", large_mb, ".0f", f"as on {SHORT_S} s: {small_mb:.0f}", "its peak, MB"
         )
         begin = time.perf_counter()
-        stretch = pick_stretch(long, contract_map(), LONGEST_S)
+        stretch = pick_stretch(long, present(long, contract_map()), LONGEST_S)
         took_s = time.perf_counter() - begin
         report.target("stretch_s", took_s, ".1f", "as inspect", "choice of a stretch, s")
-        report.say(f"  {stretch.note}")
+        report.say(f"  {stretch.note if stretch else 'read whole'}")
     report.finish(options.json)
 
 

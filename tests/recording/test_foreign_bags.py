@@ -401,6 +401,14 @@ def test_the_hand_written_state_is_what_rosbags_writes() -> None:
     assert struct.calcsize("<d") == 8
 
 
+def test_a_simulation_that_begins_at_zero_keeps_its_first_sample(tmp_path: Path) -> None:
+    """A first stamp of 0 is a time like others, and nothing is noted."""
+    joints = [(i * 1_000_000, i * 1_000_000, float(i)) for i in range(100)]
+    recording = read_two(series(tmp_path / "a.mcap", joints, joints))
+    assert recording.rod_position_m.tolist() == [float(i) for i in range(100)]
+    assert recording.notes == ()
+
+
 def test_single_samples_make_a_recording(tmp_path: Path) -> None:
     """A bag of one message per topic has no rate, and is read all the same."""
     series(tmp_path / "a.mcap", [(SECOND, SECOND, 0.5)], [(SECOND, SECOND, 0.25)])

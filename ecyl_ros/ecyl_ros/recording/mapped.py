@@ -224,7 +224,8 @@ def _bag_stream(
 ) -> Stream:
     if by == "bag" or header is None:
         return Stream(name, log, log, "bag", signals)
-    good = header > 0
+    # A simulation begins at 0; more than one stamp of 0 was never set.
+    good = header > 0 if int((header == 0).sum()) > 1 else header >= 0
     if not good.any():
         if any(entries[target].stamp == "header" for target in signals):
             raise InputError(f"{path}: {name}: all header stamps are 0; expected stamp: bag")
