@@ -23,7 +23,7 @@ SURE = 2.5  # standard errors over the stretches, fitted ones
 _HELD_SURE = 1.5  # the same on the held-out ones, which are fewer
 _SIMPLER = 0.85  # share of the best gain with which a simpler effect goes first
 _MOST = 8  # terms in a set
-AT_FLOOR = 1.1
+_AT_FLOOR = 0.5  # share of the squared residual that may be explained even at the floor
 _WORST = 6.0  # times the median stretch: what one stretch counts at the most
 _SAME = 5  # periodic terms of one kind
 # Where two do nearly as well with as many parameters: what is common before what is rare.
@@ -109,10 +109,6 @@ class _Run:
                 break
             chosen = self._look_back(self._swapped(taken))
             current = self._fit(chosen)
-            if current.scale <= AT_FLOOR * self.floor and self._held_rms(current) <= (
-                AT_FLOOR * self.floor
-            ):
-                break
         chosen = self._simpler(self._look_back(chosen))
         current = self._fit(chosen)
         order, path = self._ordered(chosen)
@@ -132,9 +128,12 @@ class _Run:
         return float(np.sqrt(np.mean(solution.residual[self.balance.judged] ** 2)))
 
     def _surplus(self, costs: FloatArray) -> float:
-        """Squared residual above the floor; a floor of unsure size leaves something."""
+        """Squared residual above the floor.
+
+        The floor may hold what a model would take off: what changes with time does not repeat.
+        """
         mean = float(np.mean(costs))
-        return max(mean - self.floor**2, 0.02 * mean, 1e-300)
+        return max(mean - self.floor**2, _AT_FLOOR * mean, 1e-300)
 
     def _candidates(self, current: Solution, chosen: Sequence[Term]) -> list[Term]:
         catalogue = self.catalogue

@@ -40,6 +40,7 @@ _LONGEST_LAG_S = 0.6
 _GRID = 41  # lags and widths of a scan
 _ROUNDS = 3  # of finer scans
 _BLOCKS = 12  # left out in turn for intervals
+_LEAST = 16  # samples
 _MOVES = 4.0  # resolutions that the command has to travel
 
 
@@ -103,6 +104,11 @@ def diagnose_follower(
     command = np.interp(motion.time_s, motion.time_s[usable], command[usable])
     floor = math.hypot(step / math.sqrt(12.0), machine.position_noise or motion.position_noise)
     judge = _Judge(motion, command, usable, step)
+    if min(int(judge.fitted.sum()), int(judge.judged.sum())) < _LEAST:
+        raise InputError(
+            f"{source}: {int(usable.sum())} samples of command and position together, expected "
+            f"more: at least {_LEAST} to fit and {_LEAST} to judge"
+        )
     tell(0.1)
     best = judge.fit(judge.fitted, lags=True, widths=True)
     tell(0.5)

@@ -28,6 +28,7 @@ _HIGHEST = 0.2  # of the sampling rate: a bandwidth above it is not asked for
 _POWER = 0.997  # share of the effort's power that the band holds
 _LEAST_SAMPLES = 1500  # to compare, so that steps of friction are seen in smooth motion, too
 _NOISE = 0.05  # share of the acceleration's power that may be noise
+_HUGE = 1e12  # in SI: larger values are no measurement
 _LONGEST_GAP = 5  # missing samples in a row that are bridged
 _SETTLE = 1.0  # periods of the bandwidth's frequency left out at ends and gaps
 _MOST_BENT, _JUMP = 0.999, 3.0  # of the second differences; beyond so many times it is a jump
@@ -141,6 +142,7 @@ def motion_of(
     jumps = _jumps(position, usable)
     if jumps.any():
         usable &= ~jumps
+        position = _bridged(position, ~jumps)
         starts = int(np.sum(np.diff(jumps.astype(np.int8)) == 1) + jumps[0])
         notes.append(
             f"{starts} jumps of the position that no motion beside them comes near (a late stamp, "
@@ -215,6 +217,7 @@ class _Taker:
         """Linear between samples; NaN where the nearest one is too far or unknown."""
         values = self._recording.signal(name)
         known = np.isfinite(values)
+        known[known] = np.abs(values[known]) < _HUGE
         if known.sum() < 2:
             return np.full(self._grid.size, np.nan)
         times = self._recording.time_s[known]

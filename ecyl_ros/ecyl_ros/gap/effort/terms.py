@@ -263,7 +263,7 @@ class Catalogue:
 
     def stribeck(self) -> list[Term]:
         """More friction near rest than in motion, for several speeds at which it has fallen."""
-        low, high = 2.0 * self.soft, 0.5 * self.top_speed
+        low, high = 5.0 * self.soft, 0.5 * self.top_speed
         if not high > 2.0 * low:
             return []
         return [self._stribeck(speed) for speed in np.geomspace(low, high, _SPEEDS).tolist()]
