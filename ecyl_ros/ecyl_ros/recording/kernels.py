@@ -85,8 +85,12 @@ def gather(data: Any, starts: Any, offsets: Any, sizes: Any, swap: bool, out: An
         for c in range(offsets.size):
             at = base + offsets[c]
             size = sizes[c]
-            for k in range(size):
-                out[c, i, k] = data[at + (size - 1 - k if swap else k)]
+            if size == 8 and not swap:  # a length that is known becomes one move
+                for k in range(8):
+                    out[c, i, k] = data[at + k]
+            else:
+                for k in range(size):
+                    out[c, i, k] = data[at + (size - 1 - k if swap else k)]
 
 
 @kernel

@@ -154,6 +154,8 @@ class _ChunkReader(FileReader):
         self.frames: list[NDArray[np.int64]] = []  # channel, log time, start, length
         self.pending_bytes = 0
         self.loose = 0  # messages outside chunks
+        self.known = np.zeros(2**16, dtype=np.bool_)  # whether a channel of this id was announced
+        self.announced = 0
 
     def _read(self, stream: BinaryIO, size: int) -> Iterator[None]:
         # Channels are announced once, in a chunk that may be skipped, and again at the end.
@@ -214,8 +216,10 @@ class _ChunkReader(FileReader):
                 raise CorruptError(f"a message at byte {at} is shorter than its own header")
             if (times < 0).any():
                 raise CorruptError(f"a message at byte {at} has a log time beyond 2**63 ns")
-            strangers = set(np.unique(channels).tolist()) - set(self.channels)
-            if strangers:
+            if len(self.channels) != self.announced:
+                self.known[list(self.channels)] = True
+                self.announced = len(self.channels)
+            if not self.known[channels].all():
                 raise CorruptError(f"a message at byte {at} belongs to no channel")
             self.chunks.append(data)
             self.frames.append(np.array((channels, times, starts + self.pending_bytes, lengths)))
