@@ -160,3 +160,15 @@ def test_mutated_files_never_end_in_a_traceback(data) -> None:
             pack(load_drive(file.name))
         except InputError as error:
             assert "\n" not in str(error)
+
+
+def test_nested_aliases_are_refused_at_once(tmp_path) -> None:
+    """Nine levels of nine aliases would be 387 million parameters: one line instead."""
+    lines = ["/**:", "  ros__parameters:", "    a0: &a0 {x: 1.0}"]
+    for level in range(1, 10):
+        inner = ", ".join(f"k{index}: *a{level - 1}" for index in range(9))
+        lines.append(f"    a{level}: &a{level} {{{inner}}}")
+    path = tmp_path / "laughs.yaml"
+    path.write_text("\n".join(lines), encoding="utf-8")
+    with pytest.raises(InputError, match="laughs.yaml: a YAML alias"):
+        load_drive(path)

@@ -87,13 +87,16 @@ def read_parameter_file(path: Path) -> dict[str, Any]:
     """Flat dotted parameters of a ROS 2 parameter file; later node patterns override earlier."""
     try:
         text = path.read_text(encoding="utf-8")
-        tree = yaml.safe_load(text)
+        aliases = any(isinstance(event, yaml.AliasEvent) for event in yaml.parse(text))
+        tree = None if aliases else yaml.safe_load(text)
     except OSError as error:
         raise InputError(f"{path}: {error.strerror}; expected a readable drive file") from None
     except (yaml.YAMLError, UnicodeDecodeError, RecursionError, ValueError) as error:
         mark = getattr(error, "problem_mark", None)
         place = f" at line {mark.line + 1}" if mark else ""
         raise InputError(f"{path}: not YAML{place}; expected a ROS 2 parameter file") from None
+    if aliases:  # nested ones grow without bounds once written out
+        raise InputError(f"{path}: a YAML alias (*name); expected every value written out")
     flat: dict[str, Any] = {}
     found = False
     for node, content in tree.items() if isinstance(tree, Mapping) else ():
