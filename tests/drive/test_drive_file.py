@@ -170,5 +170,5 @@ def test_nested_aliases_are_refused_at_once(tmp_path) -> None:
         lines.append(f"    a{level}: &a{level} {{{inner}}}")
     path = tmp_path / "laughs.yaml"
     path.write_text("\n".join(lines), encoding="utf-8")
-    with pytest.raises(InputError, match="laughs.yaml: a YAML alias"):
+    with pytest.raises(InputError, match=r"laughs\.yaml: a YAML alias"):
         load_drive(path)
