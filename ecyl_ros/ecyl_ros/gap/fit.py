@@ -22,6 +22,8 @@ LOSS_SCALE = 3.0  # in noise floors: beyond it a difference counts less than its
 COARSE, MEDIUM, FINE = 0.15, 0.02, 2e-3
 _SHAPES = (0.25, 0.5, 2.0, 4.0)  # times a shape parameter at the start of its fit
 _BRACKET = 0.8  # half width of a search along one parameter, in the fit's coordinates
+_NARROW = 0.03  # the same around what it found: the valley of a limit is a thousandth wide
+_NEAR_FLOOR = 1.3  # times a perfect model's cost: no closer look needed
 _REACH = 60.0  # a fit may change a positive parameter by this factor either way
 _CONVERGED = 1e-5
 
@@ -245,6 +247,12 @@ class Fitter:
             if low + edge < found.x < high - edge:
                 break
             middle = float(found.x)  # the valley lies beyond: once more around its rim
+        if best.fitted > _NEAR_FLOOR * self.perfect**2:
+            middle = one.inward(best.values[one.effect][one.quantity.name])
+            low, high = max(one.low, middle - _NARROW), min(one.high, middle + _NARROW)
+            minimize_scalar(
+                at, bounds=(low, high), method="bounded", options={"xatol": 1e-5, "maxiter": 15}
+            )
         return dataclasses.replace(best, replays=replays)
 
     @staticmethod
