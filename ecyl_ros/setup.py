@@ -54,6 +54,7 @@ setup(
             "reference = ecyl_ros.nodes.entry:reference",
             "analyser = ecyl_ros.nodes.entry:analyser",
             "recorder = ecyl_ros.nodes.entry:recorder",
+            "gap_monitor = ecyl_ros.nodes.entry:gap_monitor",
         ],
         "ros2cli.command": ["ecyl = ecyl_ros.cli.ros2_command:EcylCommand"],
     },

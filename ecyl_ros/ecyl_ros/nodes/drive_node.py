@@ -56,7 +56,8 @@ class DriveNode(Node):
         # Read before declaring: rclpy cannot declare an empty list from a file, and only what
         # was given shows which keys nobody knows.
         given = {key: item.value for key, item in self._parameter_overrides.items()}
-        self.drive: DriveParameters = drive_from_flat(given, f"node {name}")
+        drives = {key: value for key, value in given.items() if key not in self._own}
+        self.drive: DriveParameters = drive_from_flat(drives, f"node {name}")
         self._declare(given)
         self._heard = time.monotonic()
         self.handled = 0  # messages from the partner so far

@@ -39,5 +39,10 @@ def recorder() -> int:
     return run("recorder")
 
 
+def gap_monitor() -> int:
+    """`ros2 run ecyl_ros gap_monitor`."""
+    return run("gap_monitor")
+
+
 if __name__ == "__main__":
     sys.exit(run(sys.argv[1], sys.argv[1:]))

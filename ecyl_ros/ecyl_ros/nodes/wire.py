@@ -18,6 +18,11 @@ CURRENT = "ecyl/current"
 VOLTAGE = "ecyl/voltage"
 SETPOINT = "ecyl/setpoint"
 TRACKING_ERROR = "ecyl/tracking_error"
+# The gap monitor: the telemetry topics again, recorded less simulated, and their RMS over noise.
+GAP_JOINT_STATES = "ecyl/gap/joint_states"
+GAP_CURRENT = "ecyl/gap/current"
+GAP_VOLTAGE = "ecyl/gap/voltage"
+GAP_OVER_NOISE = "ecyl/gap/over_noise"  # with the signal's name behind
 
 # Stamp of control tick 0, latched: whoever joins or starts again knows where the run began.
 EPOCH = "ecyl/control/epoch"
