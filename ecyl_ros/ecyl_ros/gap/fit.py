@@ -23,6 +23,7 @@ COARSE, MEDIUM, FINE = 0.15, 0.02, 2e-3
 _SHAPES = (0.25, 0.5, 2.0, 4.0)  # times a shape parameter at the start of its fit
 _BRACKET = 0.8  # half width of a search along one parameter, in the fit's coordinates
 _NARROW = 0.03  # the same around what it found: the valley of a limit is a thousandth wide
+_SWEEPS = 2  # along size and phase of a periodic effect
 _NEAR_FLOOR = 1.3  # times a perfect model's cost: no closer look needed
 _REACH = 60.0  # a fit may change a positive parameter by this factor either way
 _CONVERGED = 1e-5
@@ -154,19 +155,22 @@ class Fitter:
         """Fit from afar, without the parameters that only shape an effect.
 
         One parameter: golden sections and parabolas along its valley, which no spike can mislead.
-        Several: the same along each effect that has but one, then least squares of all, with coarse
-        derivatives first and finer ones after.
+        Several: the same along each effect that has but one, and along size and phase of those
+        that have a phase, then least squares of all, with coarse derivatives first and finer ones
+        after.
         """
         coordinates = self._coordinates(start, nuisances=False)
         if len(coordinates) == 1:
             return self._search_along(start, coordinates[0])
         replays, best = 0, start
-        # Of a set, first the effects with one parameter each, the latest addition first.
+        # One parameter at a time first, the latest addition to a set before the others.
         for name in reversed(start.names):
-            alone = [one for one in coordinates if one.effect == name]
-            if len(alone) == 1:
-                best = self._search_along(best, alone[0])
-                replays += best.replays
+            own = [one for one in coordinates if one.effect == name]
+            periodic = any(one.quantity.name == "phase_rad" for one in own)
+            for one in _SWEEPS * [own[0], own[-1]] if periodic else own[: len(own) == 1]:
+                if best.fitted > _NEAR_FLOOR * self.perfect**2:
+                    best = self._search_along(best, one, closely=not periodic)
+                    replays += best.replays
         turned = self._turn(best)
         found = self.fit(turned, steps=6, difference=COARSE)
         again = self._turn(found)
@@ -223,7 +227,7 @@ class Fitter:
                         best = tried
         return dataclasses.replace(best, replays=replays)
 
-    def _search_along(self, start: Fit, one: Coordinate) -> Fit:
+    def _search_along(self, start: Fit, one: Coordinate, *, closely: bool = True) -> Fit:
         best, replays = start, 0
 
         def at(point: float) -> float:
@@ -247,7 +251,7 @@ class Fitter:
             if low + edge < found.x < high - edge:
                 break
             middle = float(found.x)  # the valley lies beyond: once more around its rim
-        if best.fitted > _NEAR_FLOOR * self.perfect**2:
+        if closely and best.fitted > _NEAR_FLOOR * self.perfect**2:
             middle = one.inward(best.values[one.effect][one.quantity.name])
             low, high = max(one.low, middle - _NARROW), min(one.high, middle + _NARROW)
             minimize_scalar(
