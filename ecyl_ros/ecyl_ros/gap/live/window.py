@@ -22,6 +22,7 @@ from .streams import StampArray
 GAP = 2.0
 # What noise does by way of the loop and of impacts is more at one time and less at another.
 _CHANCE = 1.5
+_QUIET_LOOP = 0.3  # share of the stated noise in the loop below which its way round is left out
 # Where neither drive file nor signals show noise: share of a signal's spread that is not judged.
 _NOT_JUDGED = 1e-3
 _LEAST = 200  # samples that a floor and a place need
@@ -194,6 +195,9 @@ class _Compared(Replay):
                 if stated[one.name] == 0.0:
                     spread = float(np.nanstd(self.recorded[row]))
                     self.floor[row] = max(self.floor[row], _NOT_JUDGED * spread, 1e-30)
+            if self.loop_share < _QUIET_LOOP:
+                # The command shows that the noise of the recording is not in the loop.
+                self._noise, noise = np.zeros_like(noise), np.zeros_like(noise)
             self.healthy = noise[:, columns].T / self.floor[:, None]
 
     def simulate(self, effects: Effects) -> FloatArray:
