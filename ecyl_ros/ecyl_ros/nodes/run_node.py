@@ -55,9 +55,16 @@ def _run(make: Callable[[], DriveNode], args: Sequence[str] | None) -> int:
 
 
 def _spin_in_batches(executor: SingleThreadedExecutor, node: DriveNode) -> None:
-    """Handle all that has come, sleep, and so on: one wake-up for many messages."""
+    """Handle all that has come, sleep, and so on: one wake-up for many messages.
+
+    Only two calls in a row without a message mean that none is there: where rclpy waits with no
+    timeout, it takes one message of each topic and then returns once without, whatever is queued.
+    """
+    idle = 0
     while rclpy.ok() and not node.done.done():
         before = node.handled
         executor.spin_once(timeout_sec=0.0)
-        if node.handled == before:
+        idle = 0 if node.handled != before else idle + 1
+        if idle > 1:
             time.sleep(node.batch_s)
+            idle = 0
