@@ -63,8 +63,14 @@ def test_analyser_agrees_with_the_offline_figures(listener, tmp_path: Path) -> N
     process = start("run", "--drive", "servo_1khz", "--reference", SINE, "--out", out)
     status = "ecyl/analyser tracking"
     try:
-        # A full window, and the transient at the start has left it.
-        assert listener.until(lambda: len(listener.errors) > 2000, 60.0)
+        # The transient at the start has left the window, and a status of a full one has come.
+        assert listener.until(
+            lambda: (
+                len(listener.errors) > 2000
+                and float(listener.statuses.get(status, {}).get("window_s", 0.0)) > 3.9
+            ),
+            60.0,
+        )
         figures = dict(listener.statuses[status])
     finally:
         process.terminate()
