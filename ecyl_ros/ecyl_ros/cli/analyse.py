@@ -6,21 +6,12 @@ import argparse
 import sys
 from pathlib import Path
 
+from .recording_options import add_recording, read_map
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the verb's flags."""
-    parser.add_argument(
-        "bag",
-        type=Path,
-        metavar="BAG",
-        help="MCAP, sqlite3, CSV or MAT file, or rosbag2 folder",
-    )
-    parser.add_argument(
-        "--map",
-        type=Path,
-        metavar="M.yaml",
-        help="which field of a foreign recording is which signal (ecyl inspect proposes one)",
-    )
+    add_recording(parser, "bag")
     parser.add_argument(
         "--skip", type=float, default=0.0, metavar="S", help="seconds to leave out at the start"
     )
@@ -48,10 +39,8 @@ def run(options: argparse.Namespace) -> int:
     from ..analysis.tracking import analyse
     from ..errors import InputError
     from ..recording.load import load_recording
-    from ..recording.map import load_map
 
-    signal_map = None if options.map is None else load_map(options.map)
-    recording = load_recording(options.bag, signal_map)
+    recording = load_recording(options.bag, read_map(options))
     try:
         analysis = analyse(
             recording,

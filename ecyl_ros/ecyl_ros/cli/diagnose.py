@@ -14,27 +14,17 @@ from typing import Any
 
 from ..errors import InputError
 from .progress import progress_bar
+from .recording_options import add_recording, read_map
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the verb's flags."""
-    parser.add_argument(
-        "recording",
-        type=Path,
-        metavar="RECORDING",
-        help="MCAP, sqlite3, CSV or MAT file, or rosbag2 folder",
-    )
+    add_recording(parser, "recording")
     parser.add_argument(
         "--drive",
         required=True,
         metavar="DRIVE.yaml",
         help="nominal model: a drive file, or a profile: paper, si, bench, servo_1khz",
-    )
-    parser.add_argument(
-        "--map",
-        type=Path,
-        metavar="M.yaml",
-        help="which field of a foreign recording is which signal (ecyl inspect proposes one)",
     )
     parser.add_argument(
         "--mode",
@@ -65,12 +55,11 @@ def run(options: argparse.Namespace) -> int:
     """Diagnose, write what was asked for, print the summary; 0 whatever the verdict."""
     from ..drive.drive_file import resolve_drive
     from ..recording.load import load_stretch
-    from ..recording.map import load_map
 
     drive_file = resolve_drive(options.drive)
     _check_outputs(options, drive_file)
     judge = _judge(options, drive_file)
-    signal_map = None if options.map is None else load_map(options.map)
+    signal_map = read_map(options)
 
     from ..gap.report.page import write_report
     from ..gap.report.scrub import write_scrub

@@ -76,21 +76,16 @@ def inconstancies(fit: Fit, fitter: Fitter) -> list[Inconstancy]:
     if surplus <= 0.0:
         return []
     parts = list(conditions(replay))
+
+    def resized(name: str, size: float) -> Fit:
+        if size == 1.0:
+            return fit
+        values = CATALOGUE[name].scaled(fit.values[name], size, replay.drive)
+        return fitter.evaluate({**fit.values, name: values})
+
     found = []
     for name in fit.names:
-        costs = np.array(
-            [
-                robust_squares(
-                    fitter.evaluate(
-                        {
-                            **fit.values,
-                            name: CATALOGUE[name].scaled(fit.values[name], size, replay.drive),
-                        }
-                    ).gap
-                ).mean(axis=0)
-                for size in _SIZES
-            ]
-        )
+        costs = np.array([robust_squares(resized(name, size).gap).mean(axis=0) for size in _SIZES])
         tried = []
         for condition, masks in parts:
             each = np.array([costs[:, mask].sum(axis=1) for mask in masks])

@@ -171,17 +171,15 @@ def _assemble(
     after = in_all(final)
     shrink = max(0.0, min(1.0, (before - after) / surplus)) if named else 0.0
     ports = by_port(replay)
-    block = unnamed_block(competition, ports)
+    block: str | None
     if no_gap:
         verdict, block = "no_gap", None
     elif not named:
-        verdict = "unexplained"
+        verdict, block = "unexplained", unnamed_block(competition, ports)
     elif shrink >= EXPLAINED_SHRINK and misfit(winner.judged) / fitter.perfect <= STRUCTURELESS:
-        verdict = "explained"
+        verdict, block = "explained", causes[0].block
     else:
-        verdict = "partly_explained"
-    if named:
-        block = causes[0].block
+        verdict, block = "partly_explained", causes[0].block
     candidates = [
         Candidate(one.names, misfit(one.fitted), misfit(one.judged)) for one in _ranked(competition)
     ]
