@@ -36,6 +36,23 @@ def _cells(values: FloatArray) -> list[str]:
     return ["" if value != value else repr(value) for value in values.tolist()]
 
 
+def read_table(path: str | Path, expected: str) -> tuple[list[str], list[list[str]]]:
+    """Header and rows of a CSV file as text; `expected`: what its header should hold.
+
+    Raises InputError where the file cannot be read, is no CSV text, or is empty.
+    """
+    try:
+        with Path(path).open(newline="", encoding="utf-8-sig") as file:
+            table = list(csv.reader(file))
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read: {error.strerror}") from None
+    except (UnicodeDecodeError, csv.Error) as error:
+        raise InputError(f"{path}: is no CSV text: {error}") from None
+    if not table:
+        raise InputError(f"{path}: is empty, expected a header line with {expected}")
+    return [name.strip() for name in table[0]], table[1:]
+
+
 def read_csv(path: str | Path, *, columns: Mapping[str, str] | None = None) -> Recording:
     """Read a CSV file with a header line.
 
@@ -49,16 +66,7 @@ def read_csv(path: str | Path, *, columns: Mapping[str, str] | None = None) -> R
             a row of another length, or stamps that do not increase.
     """
     own = dict(columns or {})
-    try:
-        with Path(path).open(newline="", encoding="utf-8-sig") as file:
-            table = list(csv.reader(file))
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read: {error.strerror}") from None
-    except (UnicodeDecodeError, csv.Error) as error:
-        raise InputError(f"{path}: is no CSV text: {error}") from None
-    if not table:
-        raise InputError(f"{path}: is empty, expected a header line with {STAMP}")
-    header, rows = [name.strip() for name in table[0]], table[1:]
+    header, rows = read_table(path, STAMP)
     stamp_column = own.get(STAMP, STAMP)
     if stamp_column not in header:
         raise InputError(f"{path}: no column {stamp_column}; found {', '.join(header)}")

@@ -9,6 +9,7 @@ import numpy as np
 
 from ...errors import InputError
 from ...recording.atomic import replacing
+from ...recording.csvfile import read_table
 from ...recording.reader import read_recording
 from ...recording.signals import FloatArray
 from .loop import Loop
@@ -63,16 +64,7 @@ def write_loop(loop: Loop, path: str | Path) -> None:
 
 
 def _from_csv(path: Path, torque: str, angle: str, angle_scale: float) -> Loop:
-    try:
-        with path.open(newline="", encoding="utf-8-sig") as file:
-            table = list(csv.reader(file))
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read: {error.strerror}") from None
-    except (UnicodeDecodeError, csv.Error) as error:
-        raise InputError(f"{path}: is no CSV text: {error}") from None
-    if not table:
-        raise InputError(f"{path}: is empty, expected a header line with {torque} and {angle}")
-    header = [name.strip() for name in table[0]]
+    header, rows = read_table(path, f"{torque} and {angle}")
     for name in (torque, angle):
         if name not in header:
             raise InputError(
@@ -80,7 +72,7 @@ def _from_csv(path: Path, torque: str, angle: str, angle_scale: float) -> Loop:
                 f"--{'torque' if name == torque else 'angle'}-column"
             )
     read = {
-        name: _column(path, header, table[1:], name)
+        name: _column(path, header, rows, name)
         for name in (torque, angle, FORCE, DISPLACEMENT)
         if name in header
     }
