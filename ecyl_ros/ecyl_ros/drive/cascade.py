@@ -13,7 +13,7 @@ import math
 import numpy as np
 
 from .compiled import kernel
-from .interpolation import interpolate_reference
+from .interpolation import interpolate_reference, reference_cubic
 
 CascadeState = tuple[np.ndarray, np.ndarray | None]
 
@@ -64,13 +64,13 @@ def cascade_step(state, reference, reference_velocity, measured, params, voltage
     measured: float64[>= 6] in the order of `plant.MEASURED`.
     """
     p = params[0]
-    ratio = p.believed_rod_per_rotor
-    position = measured[2] / ratio if p.feedback_rod else measured[0]
+    per_ratio = p.believed_rotor_per_rod
+    position = measured[2] * per_ratio if p.feedback_rod else measured[0]
     rotor_speed = measured[1]
     integrals, history = state
     position, rotor_speed = _delayed(history, position, rotor_speed, p)
-    error = reference / ratio - position
-    feedforward = p.velocity_feedforward * reference_velocity / ratio
+    error = reference * per_ratio - position
+    feedforward = p.velocity_feedforward * reference_velocity * per_ratio
     speed, integrals[0] = _pi(
         error, integrals[0], p.position_kp, p.position_ki, feedforward, p.speed_limit, p.tick
     )
@@ -88,14 +88,15 @@ def cascade_step(state, reference, reference_velocity, measured, params, voltage
 
 
 @kernel
-def cascade_tick(state, before, after, phase, every, measured, params, wanted, voltage):
+def cascade_tick(state, before, after, phase, every, cubic, measured, params, voltage):
     """Interpolate the reference at `phase` between two samples and run `cascade_step` on it.
 
-    before, after: float64[2], neighbouring reference samples, `every` ticks apart. wanted:
-    float64[2] scratch. The other arguments are those of `cascade_step`.
+    before, after: float64[2], neighbouring reference samples, `every` ticks apart. cubic:
+    float64[CUBIC], scratch. The other arguments are those of `cascade_step`.
     """
-    interpolate_reference(phase, every * params[0].tick, before, after, wanted)
-    cascade_step(state, wanted[0], wanted[1], measured, params, voltage)
+    reference_cubic(before, after, every * params[0].tick, cubic)
+    position, velocity = interpolate_reference(phase, cubic)
+    cascade_step(state, position, velocity, measured, params, voltage)
 
 
 def initial_cascade_state(params: np.ndarray) -> CascadeState:

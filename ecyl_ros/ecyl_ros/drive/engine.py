@@ -11,8 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .cascade import cascade_tick, initial_cascade_state
+from .cascade import cascade_step, initial_cascade_state
 from .compiled import kernel
+from .interpolation import CUBIC, interpolate_reference, reference_cubic
 from .packed import pack
 from .parameters import DriveParameters
 from .plant import MEASURED, STATE_SIZE, apply_voltage, initial_state, measure, voltage_queue
@@ -35,24 +36,18 @@ def run_ticks(
     voltages on their way to the inverter. samples: float64[n, COLUMNS] to fill at the ticks that
     are whole multiples of `every`. inputs: scratch, float64[len(MEASURED)].
     """
-    wanted = np.empty(2)
+    cubic = np.empty(CUBIC)
+    period = every * params[0].tick
     delay = pending.shape[0] - 1
+    index = first_tick // every
+    into = first_tick - index * every
     for tick in range(first_tick, first_tick + ticks):
         measure(plant, tick, params, inputs)
-        index = tick // every
-        phase = (tick - index * every) / every
-        cascade_tick(
-            cascade,
-            reference[index],
-            reference[index + 1],
-            phase,
-            every,
-            inputs,
-            params,
-            wanted,
-            pending[delay],
-        )
-        if phase == 0.0:
+        if into == 0 or tick == first_tick:
+            reference_cubic(reference[index], reference[index + 1], period, cubic)
+        position, velocity = interpolate_reference(into / every, cubic)
+        cascade_step(cascade, position, velocity, inputs, params, pending[delay])
+        if into == 0:
             row = samples[index]
             row[REFERENCE] = reference[index, 0]
             row[REFERENCE_VELOCITY] = reference[index, 1]
@@ -63,6 +58,10 @@ def run_ticks(
             row[LOAD] = plant[2]
             row[LOAD + 1] = plant[3]
         apply_voltage(plant, pending, params)
+        into += 1
+        if into == every:
+            into = 0
+            index += 1
 
 
 @dataclass(frozen=True)

@@ -44,7 +44,7 @@ PACKED = np.dtype(
         ("actuation_delay", "f8"),  # ticks, broken ones too
         ("measurement_delay", "f8"),  # ticks, broken ones too
         ("feedback_rod", "i8"),
-        ("believed_rod_per_rotor", "f8"),  # what the controller reckons with
+        ("believed_rotor_per_rod", "f8"),  # rad/m, what the controller reckons with
         ("believed_inductance", "f8"),
         ("velocity_feedforward", "f8"),
         ("position_kp", "f8"),
@@ -135,7 +135,7 @@ def pack(drive: DriveParameters, *, substeps: int | None = None) -> np.ndarray:
         "substeps": choose_substeps(drive) if substeps is None else substeps,
         "actuation_delay": controller.delay_ticks,
         "feedback_rod": controller.feedback == "rod",
-        "believed_rod_per_rotor": transmission.rod_per_rotor,
+        "believed_rotor_per_rod": 1.0 / transmission.rod_per_rotor,
         "believed_inductance": motor.inductance,
         "velocity_feedforward": controller.velocity_feedforward,
         "speed_limit": controller.speed_limit,

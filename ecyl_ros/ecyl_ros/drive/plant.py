@@ -235,12 +235,10 @@ def apply_voltage(state, pending, params):
     """
     p = params[0]
     part = p.actuation_delay - math.floor(p.actuation_delay)
+    _advance(state, pending[0, 0], pending[0, 1], part if part > 0.0 else 1.0, params)
     if part > 0.0:
-        _advance(state, pending[0, 0], pending[0, 1], part, params)
         _advance(state, pending[1, 0], pending[1, 1], 1.0 - part, params)
         state[TICKS] = math.floor(state[TICKS] + 0.5)
-    else:
-        plant_step(state, pending[0, 0], pending[0, 1], params)
     for slot in range(pending.shape[0] - 1):
         pending[slot, 0] = pending[slot + 1, 0]
         pending[slot, 1] = pending[slot + 1, 1]

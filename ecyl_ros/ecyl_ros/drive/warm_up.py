@@ -8,6 +8,7 @@ import numpy as np
 
 from .cascade import cascade_tick, initial_cascade_state
 from .engine import simulate
+from .interpolation import CUBIC
 from .packed import pack
 from .parameters import DriveParameters
 from .plant import MEASURED, apply_and_measure, apply_voltage, initial_state, measure, voltage_queue
@@ -28,9 +29,9 @@ def warm_up(drive: DriveParameters) -> float:
         np.zeros(2),
         0.0,
         1,
+        np.zeros(CUBIC),
         measured,
         params,
-        np.zeros(2),
         voltage,
     )
     simulate(drive, lambda index: (0.0, 0.0), 2.0 / drive.controller.rate)

@@ -11,6 +11,7 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import Header
 
 from ..drive.cascade import CascadeState, cascade_tick, initial_cascade_state
+from ..drive.interpolation import CUBIC
 from ..drive.packed import pack
 from ..drive.parameters import DriveParameters
 from ..drive.plant import MEASURED
@@ -41,7 +42,7 @@ class Controller(DriveNode):
         self._params = pack(self.drive)
         self._state = initial_cascade_state(self._params)
         self._measured = np.zeros(len(MEASURED))
-        self._wanted = np.zeros(2)
+        self._cubic = np.zeros(CUBIC)
         self._voltage = np.zeros(2)
         self._before, self._after = np.zeros(2), np.zeros(2)
         self._before_ns: int | None = None
@@ -179,9 +180,9 @@ class Controller(DriveNode):
             self._after,
             phase,
             self._every,
+            self._cubic,
             self._measured,
             self._params,
-            self._wanted,
             self._voltage,
         )
 
