@@ -1,72 +1,32 @@
-"""An hour at 1 kHz: how long `ecyl inspect` and the choice of a stretch take, and in what memory.
+"""An hour at 1 kHz: how long `ecyl inspect` and `ecyl diagnose` take, and in what memory.
 
-The recording is this project's four topics with all their signals, 3.6 million samples each, as
-the recorder writes them (zstd). It is written beforehand, some minutes of it at a time.
+The recordings are this project's four topics with all their signals, 3.6 million samples each, as
+the recorder writes them (zstd): the bench drive at work, moves and rests, once with cogging all
+the time and once with friction on the load for ten minutes alone. They are written beforehand,
+some minutes of it at a time.
 """
 
 from __future__ import annotations
 
 import json
+import math
 import subprocess
 import sys
 import tempfile
 import time
 from pathlib import Path
+from typing import Any
 
-import numpy as np
+from long_drive import Effects, write_hour
 from report import Report, parser
 
-from ecyl_ros.gap.screen import LONGEST_S
-from ecyl_ros.recording import SIGNALS, TOPICS, Recording
-from ecyl_ros.recording.cdr import encode
-from ecyl_ros.recording.load import present
-from ecyl_ros.recording.mapped import contract_map
-from ecyl_ros.recording.stretch import pick_stretch
-from ecyl_ros.recording.writer import RecordingWriter
+from ecyl_ros.recording import TOPICS
 
 RATE_HZ = 1000
-PIECE = 100_000  # samples
 SHORT_S = 60
-START_NS = 1_700_000_000_000_000_000
-
-
-def write_long(path: Path, seconds: int, *, seed: int = 1) -> None:
-    """A drive that rests, but for two minutes of moves in the middle."""
-    rng = np.random.default_rng(seed)
-    count = seconds * RATE_HZ
-    with RecordingWriter(path, overwrite=True) as writer:
-        for begin in range(0, count, PIECE):
-            index = np.arange(begin, min(begin + PIECE, count))
-            recording = _piece(index, count, rng)
-            columns = []
-            for topic in TOPICS:
-                joints = topic.joints
-                values = {
-                    field: recording.signal(signal)
-                    for field, signal in topic.signals.items()
-                    if not joints or field.rpartition(".")[0] in joints
-                }
-                columns.append(
-                    encode(topic.type, topic.frame_id, joints, recording.stamp_ns, values)
-                )
-            for i, stamp in enumerate(recording.stamp_ns.tolist()):
-                for topic, messages in zip(TOPICS, columns, strict=True):
-                    writer.write(topic.name, messages[i], stamp)
-
-
-def _piece(index: np.ndarray, count: int, rng: np.random.Generator) -> Recording:
-    seconds = index / RATE_HZ
-    middle = 0.5 * count / RATE_HZ
-    lively = np.abs(seconds - middle) < 60.0
-    rod = np.where(
-        lively, 0.01 * np.sin(2.0 * np.pi * 0.7 * seconds), 1e-4 * np.sin(seconds / 50.0)
-    )
-    signals = {
-        name: rod * (1.0 + 0.1 * k) + rng.normal(scale=1e-7, size=index.size)
-        for k, name in enumerate(SIGNALS)
-    }
-    signals["reference_position_m"] = rod
-    return Recording(stamp_ns=START_NS + index * (1_000_000_000 // RATE_HZ), **signals)
+ALWAYS: Effects = {"cogging_torque": {"amplitude_nm": 0.05, "periods_per_rev": 24.0}}
+AT_TIMES: Effects = {"load_coulomb_friction": {"coulomb_nm": 0.15}}
+ACTING = (2.0 / 3.0, 5.0 / 6.0)  # shares of the recording between which the second fault acts
 
 
 def measured(*arguments: str) -> tuple[float, float, float]:
@@ -88,17 +48,40 @@ def measured(*arguments: str) -> tuple[float, float, float]:
     return took_s, float(used[2]), int(used[1]) / 1024.0
 
 
+def diagnosed(report: Report, name: str, recording: Path, hidden: Effects, about: str) -> None:
+    """Diagnose a recording of the bench drive; the figures beside what is hidden in it."""
+    out = recording.with_suffix(".json")
+    took_s, busy_s, peak_mb = measured(
+        "diagnose", str(recording), "--drive", "bench", "--json", str(out), "--overwrite"
+    )
+    found: dict[str, Any] = json.loads(out.read_text())
+    report.say(f"  {about}: {', '.join(one['effect'] for one in found['causes']) or 'no cause'}")
+    for note in found["notes"]:
+        report.say(f"    {note}")
+    named = {one["effect"]: one["parameters"] for one in found["causes"]}
+    report.target(f"{name}_right", int(set(named) == set(hidden)), "d", "1", "    right cause")
+    for effect, values in hidden.items():
+        for parameter, true in values.items():
+            value = named.get(effect, {}).get(parameter, {}).get("value", math.nan)
+            off = 100.0 * abs(value / true - 1.0)
+            key = f"{name}_{parameter}_off_percent"
+            report.target(key, off, ".2f", "below 3", f"    {parameter}, % off")
+    report.target(f"{name}_s", took_s, ".0f", "none", "    diagnosis, s")
+    report.target(f"{name}_busy_s", busy_s, ".0f", "none", "    of these on processors, s")
+    report.target(f"{name}_mb", peak_mb, ".0f", "below 1024", "    its peak, MB")
+
+
 def main() -> None:
-    """Write the recording, then measure."""
+    """Write the recordings, then measure."""
     arguments = parser(__doc__)
     arguments.add_argument("--seconds", type=int, default=3600, help="length (default 3600)")
     arguments.add_argument("--folder", type=Path, help="where to write it (a temporary folder)")
     options = arguments.parse_args()
     report = Report("an hour of recording at 1 kHz")
     with tempfile.TemporaryDirectory(dir=options.folder) as folder:
-        short, long = Path(folder) / "short.mcap", Path(folder) / "long.mcap"
-        write_long(short, SHORT_S)
-        write_long(long, options.seconds)
+        short, long = Path(folder) / "short.mcap", Path(folder) / "always.mcap"
+        write_hour(short, SHORT_S, ALWAYS)
+        write_hour(long, options.seconds, ALWAYS)
         size_mb = long.stat().st_size / 2**20
         report.say(f"  {options.seconds} s, {len(TOPICS)} topics, {size_mb:.0f} MB")
         measured("inspect", str(short))  # compiles what is not compiled yet
@@ -113,11 +96,18 @@ def main() -> None:
         report.target(
             "inspect_mb", large_mb, ".0f", f"as on {SHORT_S} s: {small_mb:.0f}", "its peak, MB"
         )
-        begin = time.perf_counter()
-        stretch = pick_stretch(long, present(long, contract_map()), LONGEST_S)
-        took_s = time.perf_counter() - begin
-        report.target("stretch_s", took_s, ".1f", "as inspect", "choice of a stretch, s")
-        report.say(f"  {stretch.note if stretch else 'read whole'}")
+        diagnosed(report, "always", long, ALWAYS, "cogging all the time")
+        long.unlink()
+        part = Path(folder) / "at_times.mcap"
+        acting = (ACTING[0] * options.seconds, ACTING[1] * options.seconds)
+        write_hour(part, options.seconds, AT_TIMES, acting, seed=2)
+        diagnosed(
+            report,
+            "at_times",
+            part,
+            AT_TIMES,
+            f"friction from {acting[0]:.0f} s to {acting[1]:.0f} s",
+        )
     report.finish(options.json)
 
 

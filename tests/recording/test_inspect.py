@@ -19,7 +19,7 @@ from ecyl_ros.recording.map import SignalMap, load_map
 from ecyl_ros.recording.mapped import contract_map, read_mapped
 from ecyl_ros.recording.messages import definition, typestore
 from ecyl_ros.recording.propose import propose
-from ecyl_ros.recording.stretch import pick_stretch
+from ecyl_ros.recording.stretch import pick_stretches
 from ecyl_ros.recording.survey import survey
 from ecyl_ros.recording.writer import write_recording
 
@@ -230,10 +230,11 @@ def test_a_stretch_with_its_samples_lost_is_no_good_one(tmp_path: Path) -> None:
         rod_position_m=rod[keep],
     )
     write_recording(recording, tmp_path / "a.mcap")
-    chosen = pick_stretch(tmp_path / "a.mcap", contract_map_of("rod", "reference"), 20.0)
-    assert chosen is not None
-    assert (chosen.start_ns - START_NS) / 1e9 == pytest.approx(130.0, abs=1.5)
-    assert pick_stretch(tmp_path / "a.mcap", contract_map_of("rod", "reference"), 300.0) is None
+    own = contract_map_of("rod", "reference")
+    found = pick_stretches(tmp_path / "a.mcap", own, 20.0)
+    assert found is not None
+    assert (found.chosen[0].start_ns - START_NS) / 1e9 == pytest.approx(130.0, abs=1.5)
+    assert pick_stretches(tmp_path / "a.mcap", own, 300.0) is None
 
 
 def contract_map_of(*starts: str) -> SignalMap:

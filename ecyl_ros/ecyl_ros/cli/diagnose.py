@@ -10,11 +10,19 @@ import math
 import sys
 from collections.abc import Callable, Iterable
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ..errors import InputError
 from .progress import progress_bar
 from .recording_options import add_recording, read_map
+
+if TYPE_CHECKING:  # not at run time, to keep `--help` fast
+    from ..drive.parameters import DriveParameters
+    from ..gap.diagnosis import Diagnosis
+    from ..recording.map import SignalMap
+    from ..recording.signals import Recording
+
+    Judge = Callable[[SignalMap | None, Callable[[float], None]], Diagnosis]
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -54,7 +62,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Diagnose, write what was asked for, print the summary; 0 whatever the verdict."""
     from ..drive.drive_file import resolve_drive
-    from ..recording.load import load_stretch
 
     drive_file = resolve_drive(options.drive)
     _check_outputs(options, drive_file)
@@ -64,21 +71,11 @@ def run(options: argparse.Namespace) -> int:
     from ..gap.report.page import write_report
     from ..gap.report.scrub import write_scrub
     from ..gap.report.terminal import summary
-    from ..gap.screen import LONGEST_S
     from ..gap.twin import write_twin
     from ..recording.atomic import write_text
 
-    recording = load_stretch(options.recording, signal_map, LONGEST_S)
     with progress_bar("diagnosing") as progress:
-        diagnosis = judge(
-            recording,
-            source=str(options.recording),
-            drive_name=str(drive_file),
-            progress=progress,
-        )
-    # What was missing or cut off when the recording was read limits what could be judged.
-    notes = [note.removeprefix(f"{options.recording}: ") for note in recording.notes]
-    diagnosis = dataclasses.replace(diagnosis, notes=(*notes, *diagnosis.notes))
+        diagnosis = judge(signal_map, progress)
     written = []
     if options.json is not None:
         data = _finite(diagnosis.as_json())
@@ -102,8 +99,11 @@ def run(options: argparse.Namespace) -> int:
     return 0
 
 
-def _judge(options: argparse.Namespace, drive_file: Path) -> Callable[..., Any]:
-    """What diagnoses a recording, for the kind of drive that the file describes."""
+_LOOKED_THROUGH = 0.2  # share of the work, where a long recording is looked through first
+
+
+def _judge(options: argparse.Namespace, drive_file: Path) -> Judge:
+    """What reads and diagnoses the recording, for the kind of drive that the file describes."""
     from ..gap.effort.machine import is_machine_file, load_machine
 
     if not is_machine_file(drive_file):
@@ -113,22 +113,77 @@ def _judge(options: argparse.Namespace, drive_file: Path) -> Callable[..., Any]:
                 "drive file with drive.kind, see docs/drive-file.md"
             )
         from ..drive.drive_file import load_drive
-        from ..gap.diagnose import diagnose
 
-        return functools.partial(diagnose, drive=load_drive(drive_file))
+        return functools.partial(_by_replay, options, load_drive(drive_file), str(drive_file))
     machine = load_machine(drive_file)
     if options.write_drive is not None:
         raise InputError(
             f"--write-drive {options.write_drive}: not for a drive of kind {machine.kind}; its "
             "closest model is in the JSON and the report, under what was measured"
         )
+    diagnose: Callable[..., Diagnosis]
     if machine.kind == "follower":
-        from ..gap.effort.follow import diagnose_follower
+        from ..gap.effort.follow import diagnose_follower as diagnose
+    else:
+        from ..gap.effort.judge import diagnose_effort as diagnose
+    weigh = functools.partial(
+        diagnose, machine=machine, mode=options.mode, drive_name=str(drive_file)
+    )
+    return functools.partial(_by_effort, options, weigh)
 
-        return functools.partial(diagnose_follower, machine=machine, mode=options.mode)
-    from ..gap.effort.judge import diagnose_effort
 
-    return functools.partial(diagnose_effort, machine=machine, mode=options.mode)
+def _by_replay(
+    options: argparse.Namespace,
+    drive: DriveParameters,
+    drive_name: str,
+    signal_map: SignalMap | None,
+    progress: Callable[[float], None],
+) -> Diagnosis:
+    from ..gap.diagnose import diagnose
+    from ..gap.long_run import MOST_STRETCHES, diagnose_long
+    from ..gap.screen import LONGEST_S
+    from ..recording.load import LongRecording, load_long
+
+    source = str(options.recording)
+    found = load_long(
+        options.recording,
+        signal_map,
+        LONGEST_S,
+        MOST_STRETCHES,
+        lambda share: progress(_LOOKED_THROUGH * share),
+    )
+    if isinstance(found, LongRecording):
+        return diagnose_long(
+            found,
+            drive,
+            source=source,
+            drive_name=drive_name,
+            progress=lambda share: progress(_LOOKED_THROUGH + (1.0 - _LOOKED_THROUGH) * share),
+        )
+    diagnosis = diagnose(found, drive, source=source, drive_name=drive_name, progress=progress)
+    return _with_notes(diagnosis, found, source)
+
+
+def _by_effort(
+    options: argparse.Namespace,
+    weigh: Callable[..., Diagnosis],
+    signal_map: SignalMap | None,
+    progress: Callable[[float], None],
+) -> Diagnosis:
+    from ..gap.screen import LONGEST_S
+    from ..recording.load import load_stretch
+
+    source = str(options.recording)
+    recording = load_stretch(
+        options.recording, signal_map, LONGEST_S, lambda share: progress(_LOOKED_THROUGH * share)
+    )
+    return _with_notes(weigh(recording, source=source, progress=progress), recording, source)
+
+
+def _with_notes(diagnosis: Diagnosis, recording: Recording, source: str) -> Diagnosis:
+    """What was missing or cut off when the recording was read limits what could be judged."""
+    notes = [note.removeprefix(f"{source}: ") for note in recording.notes]
+    return dataclasses.replace(diagnosis, notes=(*notes, *diagnosis.notes))
 
 
 def _check_outputs(options: argparse.Namespace, drive_file: Path) -> None:

@@ -131,6 +131,23 @@ class Series:
 
 
 @dataclass(frozen=True)
+class StretchGap:
+    """The gap on one stretch of a long recording.
+
+    begin_s, end_s: from the beginning of the recording. before, after: robust misfit of the nominal
+    model, and with the causes added, over that of a perfect model; 1 is noise. gap: whether the
+    nominal model is off its floor there. judged: whether the diagnosis is of this stretch.
+    """
+
+    begin_s: float
+    end_s: float
+    before: float
+    after: float
+    gap: bool
+    judged: bool
+
+
+@dataclass(frozen=True)
 class Measured:
     """A value of the machine that the recording gives, whether or not it is a cause.
 
@@ -171,6 +188,7 @@ class Diagnosis:
         measured: values of the machine that the recording gives (drives judged by effort or by
             how they follow).
         floor_is: what the floor stands for.
+        stretches: of a long recording, those that were looked at, by time.
     """
 
     source: str
@@ -202,6 +220,7 @@ class Diagnosis:
     rate_hz: float = 0.0
     measured: tuple[Measured, ...] = ()
     floor_is: str = "measurement noise"
+    stretches: tuple[StretchGap, ...] = ()
 
     def as_json(self) -> dict[str, Any]:
         """The diagnosis as plain data, schema `ecyl.diagnosis/1`."""
@@ -285,6 +304,17 @@ class Diagnosis:
                 for one in self.measured
             ],
             "floor_is": self.floor_is,
+            "stretches": [
+                {
+                    "from_s": one.begin_s,
+                    "to_s": one.end_s,
+                    "before": one.before,
+                    "after": one.after,
+                    "gap": one.gap,
+                    "judged": one.judged,
+                }
+                for one in self.stretches
+            ],
             "notes": list(self.notes),
             "seconds": self.seconds,
         }

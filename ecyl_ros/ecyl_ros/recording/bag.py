@@ -213,6 +213,7 @@ class FileReader:
         self.schemas: dict[int, tuple[str, str, str]] = {}
         self.channels: dict[int, tuple[TopicMessages, bool]] = {}
         self.finished = False
+        self.at = 0  # bytes of the file gone through
 
     def steps(self) -> Iterator[None]:
         """Read; yields after each record, so that what it held can be taken out.
@@ -271,6 +272,7 @@ class FileReader:
                 if length > 2 * LARGEST_CHUNK:
                     raise CorruptError(f"the record at byte {at} has {length} bytes")
                 self._record(opcode, memoryview(stream.read(length)), at)
+                self.at = start + length
                 yield
             at = start + length
         return at

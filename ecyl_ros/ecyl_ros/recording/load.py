@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
+from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 
 from ..errors import InputError
@@ -15,7 +18,7 @@ from .reader import StampError, read_recording
 from .signals import SIGNALS, Recording
 from .source import TableSource, open_source
 from .stream import BagStream
-from .stretch import pick_stretch
+from .stretch import Stretch, Stretches, pick_stretches, recording_stretches
 
 HINT = "a map says which field is which signal (--map M.yaml; ecyl inspect proposes one)"
 
@@ -54,24 +57,95 @@ def load_recording(path: str | Path, signal_map: SignalMap | None = None) -> Rec
 WHOLE_BYTES = 64 * 2**20
 
 
-def load_stretch(path: str | Path, signal_map: SignalMap | None, longest_s: float) -> Recording:
-    """What a diagnosis judges: the recording, or of a large bag the part that tells most.
+@dataclass(frozen=True)
+class LongRecording:
+    """A recording longer than what is judged of it at once.
+
+    Attributes:
+        path: the file.
+        stretches: the parts that tell most.
+        read: one of them as a recording.
+    """
+
+    path: Path
+    stretches: Stretches
+    read: Callable[[Stretch], Recording]
+
+
+def load_long(
+    path: str | Path,
+    signal_map: SignalMap | None,
+    longest_s: float,
+    most: int,
+    progress: Callable[[float], None] | None = None,
+) -> Recording | LongRecording:
+    """The recording, or where it is longer than `longest_s` the `most` stretches that tell most.
+
+    A large bag is looked through once and then read a stretch at a time; a table, or a bag of up
+    to `WHOLE_BYTES`, is read once.
+
+    Args:
+        path, signal_map, longest_s, most, progress: as `stretch.pick_stretches` takes them.
+
+    Raises:
+        InputError: as `load_recording`.
+    """
+    place = Path(path)
+    own = _streamed_map(place, signal_map)
+    if own is not None:
+        found = pick_stretches(place, own, longest_s, most, progress)
+        if found is not None:
+            return LongRecording(place, found, functools.partial(_read_stretch, place, own))
+    recording = load_recording(place, signal_map)
+    if recording.duration_s <= longest_s:
+        return recording
+    found = recording_stretches(recording, longest_s, most)
+    return recording if found is None else LongRecording(place, found, _Slices(recording))
+
+
+def load_stretch(
+    path: str | Path,
+    signal_map: SignalMap | None,
+    longest_s: float,
+    progress: Callable[[float], None] | None = None,
+) -> Recording:
+    """The recording, or of a large bag the part of `longest_s` that tells most.
 
     The first note says which part that is.
 
     Raises:
         InputError: as `load_recording`.
     """
-    if _size(Path(path)) <= WHOLE_BYTES:
-        return load_recording(path, signal_map)
-    own = signal_map
-    if own is None and not isinstance(open_source(path), TableSource):
-        own = present(path, contract_map())
-    chosen = None if own is None else pick_stretch(path, own, longest_s)
-    if chosen is None or own is None:
-        return load_recording(path, signal_map)
-    recording = read_mapped(path, own, start_ns=chosen.start_ns, stop_ns=chosen.stop_ns)
-    return dataclasses.replace(recording, notes=(f"{path}: {chosen.note}", *recording.notes))
+    place = Path(path)
+    own = _streamed_map(place, signal_map)
+    found = None if own is None else pick_stretches(place, own, longest_s, progress=progress)
+    if own is None or found is None:
+        return load_recording(place, signal_map)
+    recording = _read_stretch(place, own, found.chosen[0])
+    return dataclasses.replace(recording, notes=(f"{path}: {found.note}", *recording.notes))
+
+
+def _streamed_map(path: Path, signal_map: SignalMap | None) -> SignalMap | None:
+    """The map of a bag too large to be read whole; None for others and for tables."""
+    if _size(path) <= WHOLE_BYTES or isinstance(open_source(path), TableSource):
+        return None
+    return signal_map or present(path, contract_map())
+
+
+def _read_stretch(path: Path, signal_map: SignalMap, stretch: Stretch) -> Recording:
+    return read_mapped(path, signal_map, start_ns=stretch.start_ns, stop_ns=stretch.stop_ns)
+
+
+@dataclass(frozen=True)
+class _Slices:
+    """Stretches of a recording in memory."""
+
+    recording: Recording
+
+    def __call__(self, stretch: Stretch) -> Recording:
+        first = int(self.recording.stamp_ns[0])
+        begin, end = ((at - first) / 1e9 for at in (stretch.start_ns, stretch.stop_ns))
+        return self.recording.slice(begin, end)
 
 
 def _size(path: Path) -> int:

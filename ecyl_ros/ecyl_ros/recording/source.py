@@ -40,6 +40,7 @@ class BagSource:
         types: topic -> message type, of all topics met.
         names: topic -> list of joint names met, by path.
         unread: topic -> why its messages could not be decoded.
+        share: of the bag gone through while it is read, 0 to 1.
     """
 
     kind = "bag"
@@ -50,6 +51,7 @@ class BagSource:
         self.types: dict[str, str] = {}
         self.names: dict[str, dict[str, tuple[str, ...]]] = {}
         self.unread: dict[str, str] = {}
+        self.share = 0.0
 
     def columns(
         self,
@@ -77,6 +79,7 @@ class BagSource:
         decoders: dict[str, TopicDecoder] = {}
         choosers: dict[str, _Chooser] = {}
         for batch in stream:
+            self.share = stream.share
             name = batch.topic.name
             if name in self.unread:
                 continue

@@ -68,6 +68,7 @@ class BagStream:
 
     Attributes:
         bag: topics met and notes; complete at the end.
+        share: of the bag's bytes gone through so far, 0 to 1; a sqlite file counts when it is done.
 
     Raises:
         InputError: as `read_bag`, while iterating.
@@ -84,20 +85,32 @@ class BagStream:
         self.bag = Bag(Path(path))
         self._topics = topics
         self._window = (start_ns, stop_ns)
+        self.share = 0.0
 
     def __iter__(self) -> Iterator[Batch]:
         from . import kernels  # noqa: F401  (numba is imported before a file is opened)
 
-        for file in bag_files(self.bag.path):
+        files = bag_files(self.bag.path)
+        for number, file in enumerate(files):
             with plain_file(file) as plain, called(self.bag, plain, file):
                 if kind(file) == SQLITE:
                     yield from self._sqlite(plain)
-                    continue
-                reader = _ChunkReader(plain, self.bag, self._topics, self._window)
-                for _ in reader.steps():
-                    if reader.pending_bytes >= BATCH_BYTES or reader.loose >= _BATCH_MESSAGES:
-                        yield from map(_unpacked, reader.taken())
-                yield from map(_unpacked, reader.taken())
+                else:
+                    size = max(plain.stat().st_size, 1)
+                    for batch, at in self._mcap(plain):
+                        self.share = (number + at / size) / len(files)
+                        yield batch
+            self.share = (number + 1) / len(files)
+
+    def _mcap(self, file: Path) -> Iterator[tuple[Batch, int]]:
+        """Batches, and how many bytes of the file were gone through for them."""
+        reader = _ChunkReader(file, self.bag, self._topics, self._window)
+        for _ in reader.steps():
+            if reader.pending_bytes >= BATCH_BYTES or reader.loose >= _BATCH_MESSAGES:
+                for batch in reader.taken():
+                    yield _unpacked(batch), reader.at
+        for batch in reader.taken():
+            yield _unpacked(batch), reader.at
 
     def _sqlite(self, file: Path) -> Iterator[Batch]:
         from .sqlite import SqliteFile

@@ -1,7 +1,9 @@
-"""Which part of a long recording tells most: chosen in one pass, in memory for the chunk."""
+"""Which parts of a long recording tell most: chosen in one pass, in memory for the chunk."""
 
 from __future__ import annotations
 
+import itertools
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -11,11 +13,13 @@ from numpy.typing import NDArray
 from ..errors import InputError
 from .map import SignalMap
 from .mapped import wanted_of
+from .signals import Recording
 from .source import TableSource, open_source
 
 BIN_S = 0.1  # noise averages out within, moves of a drive do not
 _MOST_BINS = 40_000_000  # 46 days
 _STEP_S = 1.0  # between the starts that are tried
+_LIVELY = 0.25  # of the best part's score; what has less is rest
 # Signals that show what a drive was put through, the ones to be preferred first.
 _MOTION = ("reference_position_m", "reference_position_rad", "rod_position_m", "rotor_position_rad")
 _SPEED = ("rotor_velocity_rad_per_s", "rod_velocity_m_per_s", "reference_velocity_m_per_s")
@@ -27,13 +31,38 @@ class Stretch:
     """Part of a recording.
 
     Attributes:
-        start_ns, stop_ns: by the recorder's clock.
-        note: a line that says which part, of how much, and by what it was chosen.
+        start_ns, stop_ns: by the recorder's clock; of a recording in memory by its stamps.
+        begin_s, end_s: the same from the beginning of the recording.
     """
 
     start_ns: int
     stop_ns: int
-    note: str
+    begin_s: float
+    end_s: float
+
+
+@dataclass(frozen=True)
+class Stretches:
+    """Parts of a recording that tell most.
+
+    Attributes:
+        whole_s: how long the recording is.
+        by: what they were chosen by, in words.
+        chosen: the best first; they do not overlap.
+    """
+
+    whole_s: float
+    by: str
+    chosen: tuple[Stretch, ...]
+
+    @property
+    def note(self) -> str:
+        """A line that says which part is judged, of how much, and by what it was chosen."""
+        best = self.chosen[0]
+        return (
+            f"{self.whole_s:.0f} s long: judged from {best.begin_s:.1f} s to {best.end_s:.1f} s, "
+            f"chosen by {self.by}"
+        )
 
 
 class _Bins:
@@ -62,13 +91,26 @@ class _Bins:
             getattr(self, name)[low : low + added.size] += added
 
 
-def pick_stretch(path: str | Path, signal_map: SignalMap, longest_s: float) -> Stretch | None:
-    """The part of up to `longest_s` in which the drive was put through most.
+def pick_stretches(
+    path: str | Path,
+    signal_map: SignalMap,
+    longest_s: float,
+    most: int = 1,
+    progress: Callable[[float], None] | None = None,
+) -> Stretches | None:
+    """The parts of `longest_s` in which the drive was put through most: the best, and more.
 
     Each part is judged by the travel and the reversals of the position (the reference's where it
     is mapped), by how much of its range and of all speeds it covers, and by how the effort varies,
     each relative to the best part's, all less the share of samples missing. Means over 0.1 s are
-    used, so that noise does not count.
+    used, so that noise does not count. Beyond the best of all, the best of each of `most` equal
+    parts of the recording is taken, so that what changes with time is met; not where it is rest.
+
+    Args:
+        path, signal_map: the recording, and which field is which signal.
+        longest_s: length of a stretch.
+        most: how many at the most.
+        progress: called now and then with the share of the file gone through.
 
     Returns:
         None where the recording is no longer than `longest_s`, or a table (which is read whole).
@@ -94,9 +136,29 @@ def pick_stretch(path: str | Path, signal_map: SignalMap, longest_s: float) -> S
         last = max(last, int(index[usable].max(initial=0)))
         for target, values in part.values.items():
             bins.setdefault(target, _Bins()).take(index[usable], values[usable])
+        if progress is not None:
+            progress(source.share)
     if origin is None:
         raise InputError(f"{path}: no message on any topic of {signal_map.source}")
-    count = last + 1
+    return _chosen(bins, last + 1, origin, longest_s, most)
+
+
+def recording_stretches(recording: Recording, longest_s: float, most: int = 1) -> Stretches | None:
+    """As `pick_stretches`, of a recording in memory; times are its stamps."""
+    index = (recording.stamp_ns - recording.stamp_ns[:1]) // round(BIN_S * 1e9)
+    if not index.size or index[-1] >= _MOST_BINS:
+        return None
+    bins: dict[str, _Bins] = {}
+    for name in {*_MOTION, *_SPEED, *_EFFORT}:
+        if recording.has(name):
+            bins[name] = _Bins()
+            bins[name].take(index, recording.signal(name))
+    return _chosen(bins, int(index[-1]) + 1, int(recording.stamp_ns[0]), longest_s, most)
+
+
+def _chosen(
+    bins: dict[str, _Bins], count: int, origin_ns: int, longest_s: float, most: int
+) -> Stretches | None:
     width = round(longest_s / BIN_S)
     if count <= width:
         return None
@@ -104,14 +166,28 @@ def pick_stretch(path: str | Path, signal_map: SignalMap, longest_s: float) -> S
     starts = np.arange(0, count - width + step, step)
     starts = np.minimum(starts, count - width)
     score, by = _scores(bins, starts, width, count)
-    best = int(starts[int(np.argmax(score))])
-    begin_s, whole_s = best * BIN_S, count * BIN_S
-    note = (
-        f"{whole_s:.0f} s long: judged from {begin_s:.1f} s to {begin_s + longest_s:.1f} s, chosen "
-        f"by {by}"
-    )
-    start_ns = origin + best * round(BIN_S * 1e9)
-    return Stretch(start_ns, start_ns + round(longest_s * 1e9), note)
+    best = int(np.argmax(score))
+    taken = [best]
+    free = np.abs(starts - starts[best]) >= width
+    free &= score >= _LIVELY * float(score[best])
+    sections = max(1, min(most, count // width))
+    bounds = np.linspace(0.0, float(starts[-1]) + 1.0, sections + 1)
+    for low, high in itertools.pairwise(bounds):
+        within = np.flatnonzero(free & (starts >= low) & (starts < high))
+        if within.size and len(taken) < most:
+            found = int(within[np.argmax(score[within])])
+            taken.append(found)
+            free &= np.abs(starts - starts[found]) >= width
+    taken.sort(key=lambda one: -float(score[one]))
+    tick = round(BIN_S * 1e9)
+    length_ns = round(longest_s * 1e9)
+    chosen = []
+    for one in taken:
+        begin = int(starts[one])
+        start_ns = origin_ns + begin * tick
+        begin_s = begin * BIN_S
+        chosen.append(Stretch(start_ns, start_ns + length_ns, begin_s, begin_s + longest_s))
+    return Stretches(count * BIN_S, by, tuple(chosen))
 
 
 def _scores(

@@ -35,6 +35,7 @@ def report_html(diagnosis: Diagnosis) -> str:
         _causes(diagnosis),
         _measured(diagnosis),
         _where(diagnosis),
+        _stretches(diagnosis),
         _runners_up(diagnosis),
         _notes(diagnosis),
         _smallprint(diagnosis),
@@ -193,6 +194,27 @@ def _where(diagnosis: Diagnosis) -> str:
         if pictures
         else "",
     )
+
+
+def _stretches(diagnosis: Diagnosis) -> str:
+    """The stretches of a long recording that were looked at."""
+    if not diagnosis.stretches:
+        return ""
+    both = bool(diagnosis.causes)
+    head = [("stretch", ""), ("misfit", "num")]
+    head += [("after", "num")] if both else []
+    head += [("", "")]
+    rows = []
+    for one in diagnosis.stretches:
+        remark = "judged" if one.judged else "" if one.gap else "no gap"
+        row = [typeset(f"{one.begin_s:.1f} s to {one.end_s:.1f} s"), q.number(one.before)]
+        row += [q.number(one.after)] if both else []
+        rows.append([*row, f"<b>{remark}</b>" if one.judged else remark])
+    caption = (
+        "Misfit of the nominal model over that of a perfect one: 1 is noise. The rest of this page "
+        "is about the stretch that was judged."
+    )
+    return _section("Over the whole recording", table(caption, head, rows))
 
 
 def _signals(diagnosis: Diagnosis) -> str:
