@@ -1,52 +1,25 @@
-"""Launch the drive: plant, controller, reference and analyser, and a recorder if `out` is given."""
+"""Launch the drive: plant, controller, reference and analyser; a recorder if `out` is given; the
+gap monitor beside them with `monitor:=true`."""
 
-from pathlib import Path
-
-from ament_index_python.packages import get_package_share_directory
-from launch.actions import DeclareLaunchArgument, EmitEvent, RegisterEventHandler
+from launch.actions import EmitEvent, RegisterEventHandler
 from launch.conditions import IfCondition
 from launch.event_handlers import OnProcessExit
 from launch.events import Shutdown
 from launch.substitutions import LaunchConfiguration, PythonExpression
-from launch_ros.actions import Node
-from launch_ros.parameter_descriptions import ParameterValue
 
+from ecyl_ros.nodes.launch_parts import drive_arguments, drive_node, value
 from launch import LaunchDescription
 
 
 def generate_launch_description() -> LaunchDescription:
     """One process per node; ends with the plant, or with the recorder if there is one."""
-    config = Path(get_package_share_directory("ecyl_ros"), "config")
-    arguments = [
-        DeclareLaunchArgument(
-            "drive",
-            default_value=str(config / "bench.yaml"),
-            description="drive file, a ROS 2 parameter file",
-        ),
-        DeclareLaunchArgument(
-            "reference",
-            default_value="sine:amplitude=5e-3,frequency=0.5",
-            description="reference SPEC, or setpoint",
-        ),
-        DeclareLaunchArgument(
-            "duration", default_value="0.0", description="seconds to run; 0: until stopped"
-        ),
-        DeclareLaunchArgument(
-            "realtime",
-            default_value="false",
-            description="pace by the wall clock instead of in lockstep",
-        ),
-        DeclareLaunchArgument(
-            "out",
-            default_value="",
-            description="recording to write; nothing is recorded without it",
-        ),
-        DeclareLaunchArgument("namespace", default_value="", description="of all nodes"),
-    ]
-
-    def value(name: str, kind: type) -> ParameterValue:
-        return ParameterValue(LaunchConfiguration(name), value_type=kind)
-
+    arguments = drive_arguments(
+        reference=("sine:amplitude=5e-3,frequency=0.5", "reference SPEC, or setpoint"),
+        duration=("0.0", "seconds to run; 0: until stopped"),
+        realtime=("false", "pace by the wall clock instead of in lockstep"),
+        out=("", "recording to write; nothing is recorded without it"),
+        monitor=("false", "run the nominal model of the drive file beside the drive"),
+    )
     timed = {"realtime": value("realtime", bool), "duration": value("duration", float)}
     own = {
         "plant": timed,
@@ -54,18 +27,15 @@ def generate_launch_description() -> LaunchDescription:
         "reference": timed | {"reference": value("reference", str)},
         "analyser": {"realtime": value("realtime", bool)},
         "recorder": timed | {"out": value("out", str)},
+        "gap_monitor": {"realtime": value("realtime", bool)},
     }
     recording = PythonExpression(["'", LaunchConfiguration("out"), "' != ''"])
+    conditions = {
+        "recorder": IfCondition(recording),
+        "gap_monitor": IfCondition(LaunchConfiguration("monitor")),
+    }
     nodes = {
-        name: Node(
-            package="ecyl_ros",
-            executable=name,
-            name=name,
-            namespace=LaunchConfiguration("namespace"),
-            parameters=[LaunchConfiguration("drive"), parameters],
-            output="screen",
-            condition=IfCondition(recording) if name == "recorder" else None,
-        )
+        name: drive_node(name, parameters, condition=conditions.get(name))
         for name, parameters in own.items()
     }
     not_recording = PythonExpression(["'", LaunchConfiguration("out"), "' == ''"])
