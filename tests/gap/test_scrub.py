@@ -14,9 +14,12 @@ from mcap_ros2.decoder import DecoderFactory
 from report_samples import of_each_verdict
 
 from ecyl_ros.errors import InputError
+from ecyl_ros.gap.replay import SIGNALS
 from ecyl_ros.gap.report.layouts import layouts
 from ecyl_ros.gap.report.scrub import ROOT, WINDOW_S, topic, write_scrub
+from ecyl_ros.nodes import wire
 from ecyl_ros.recording import TOPICS
+from ecyl_ros.recording.topics import TopicSpec, renamed
 
 SAMPLES = of_each_verdict()
 LAYOUTS = Path(__file__).parents[2] / "ecyl_ros" / "layouts"
@@ -124,8 +127,13 @@ def test_every_curve_of_the_layouts_exists(tmp_path: Path) -> None:
             assert own in written or any(own.startswith(start) for start in held), one
     tree = json.loads((LAYOUTS / "foxglove_drive.json").read_text(encoding="utf-8"))
     paths = [p["value"] for panel in tree["configById"].values() for p in panel.get("paths", ())]
-    assert len(paths) == 9
+    drive |= {one.name: one for one in residuals()}
+    levels = {f"/{wire.GAP_OVER_NOISE}/{one.name}" for one in SIGNALS}
+    assert len(paths) == 9 + 4 + len(levels)
+    assert {path.removesuffix(".data") for path in paths if path.endswith(".data")} == levels
     for path in paths:
+        if path.endswith(".data"):
+            continue
         own, field = path.split(".", 1)
         index = re.search(r"\[(\d)\]", field)
         spec = drive[own]
@@ -138,10 +146,24 @@ def test_every_curve_of_the_layouts_exists(tmp_path: Path) -> None:
         }
         assert field in fields, path
     root = Xml.parse(LAYOUTS / "plotjuggler_drive.xml").getroot()
-    for curve in root.iter("curve"):
-        own = next(key for key in drive if curve.attrib["name"].startswith(f"{key}/"))
-        rest = curve.attrib["name"].removeprefix(f"{own}/").replace("/", ".")
-        assert rest in drive[own].signals
+    names = [curve.attrib["name"] for curve in root.iter("curve")]
+    assert {name.removesuffix("/data") for name in names if name.endswith("/data")} == levels
+    for name in names:
+        if name.endswith("/data"):
+            continue
+        own = next(key for key in drive if name.startswith(f"{key}/"))
+        assert name.removeprefix(f"{own}/").replace("/", ".") in drive[own].signals
+
+
+def residuals() -> list[TopicSpec]:
+    """The gap monitor's topics of residuals: as the drive's own, by other names."""
+    names = {
+        "joint_states": wire.GAP_JOINT_STATES,
+        "current": wire.GAP_CURRENT,
+        "voltage": wire.GAP_VOLTAGE,
+    }
+    made = renamed({key: f"/{name}" for key, name in names.items()})
+    return [one for one in made if one.key != "reference"]
 
 
 def test_every_panel_of_a_foxglove_layout_has_its_place() -> None:

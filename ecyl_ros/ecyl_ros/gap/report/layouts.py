@@ -1,4 +1,5 @@
-"""Layouts of Foxglove and PlotJuggler for the drive's topics and for a diagnosis written as MCAP.
+"""Layouts of Foxglove and PlotJuggler for the topics of a drive and of the gap monitor beside it,
+and for a diagnosis written as MCAP.
 
 `python -m ecyl_ros.gap.report.layouts FOLDER` writes the files of `ecyl_ros/layouts`. Foxglove: a
 JSON of panels by id (`Kind!id`), and how they are split. PlotJuggler: an XML of tabs, docks and
@@ -22,8 +23,13 @@ from . import words
 from .scrub import CURVES, EVENTS, MISFIT, SUMMARY, topic
 from .scrub import REFERENCE as SCRUB_REFERENCE
 
+# What the gap monitor publishes beside the drive's topics (`nodes/wire.py` has the names, too).
+GAP = "/ecyl/gap"
+OVER_NOISE = f"{GAP}/over_noise"
+DIAGNOSTICS = "/diagnostics"
 # Told apart by those who see red and green alike.
 BLUE, ORANGE, GREEN, GREY = "#0072b2", "#e69f00", "#009e73", "#7f7f7f"
+VERMILION, SKY = "#d55e00", "#56b4e9"
 
 
 @dataclass(frozen=True)
@@ -66,6 +72,12 @@ def _vector(name: str, part: str, label: str, color: str) -> Curve:
 
 def _float(name: str, label: str, color: str) -> Curve:
     return Curve(f"{name}.data", f"{name}/data", label, color, stamped=False)
+
+
+def _summary(name: str) -> tuple[str, dict[str, Any]]:
+    """Foxglove's panel of the diagnostics on a topic."""
+    settings = {"topicToRender": name, "minLevel": 0, "pinnedIds": [], "hardwareIdFilter": ""}
+    return "DiagnosticSummary", {**settings, "sortByLevel": False}
 
 
 def drive_pages() -> tuple[Page, ...]:
@@ -119,6 +131,39 @@ def drive_pages() -> tuple[Page, ...]:
     )
 
 
+def gap_page() -> Page:
+    """Of the topics of the gap monitor: how far machine and model are apart now."""
+    states, joints = f"{GAP}/joint_states", JOINT_STATES.joints
+    colors = (BLUE, ORANGE, GREEN, VERMILION, SKY)
+    levels = tuple(
+        _float(f"{OVER_NOISE}/{one.name}", words.signal(one.name), color)
+        for one, color in zip(SIGNALS, colors, strict=True)
+    )
+    return Page(
+        "gap",
+        (
+            Plot("running rms of the gap over noise; 2 is a gap", levels),
+            Plot(
+                "rotor position, recorded less simulated, rad",
+                (_joint(states, joints, "rotor", "position", "rotor", BLUE),),
+            ),
+            Plot(
+                "rod position, recorded less simulated, m",
+                (_joint(states, joints, "rod", "position", "rod", BLUE),),
+            ),
+            Plot(
+                "current, recorded less simulated, A",
+                (_vector(f"{GAP}/current", "y", "i_q", BLUE),),
+            ),
+            Plot(
+                "voltage, recorded less simulated, V",
+                (_vector(f"{GAP}/voltage", "y", "u_q", BLUE),),
+            ),
+        ),
+        (_summary(DIAGNOSTICS),),
+    )
+
+
 def diagnosis_pages() -> tuple[Page, ...]:
     """Of what `ecyl diagnose --write-mcap` writes."""
     colors = dict(zip(CURVES, (GREY, ORANGE, GREEN, ORANGE, GREEN), strict=True))
@@ -146,7 +191,7 @@ def diagnosis_pages() -> tuple[Page, ...]:
             Plot("reference, m", (_float(SCRUB_REFERENCE, "reference", GREY),)),
         ),
         (
-            ("DiagnosticSummary", {"topicToRender": SUMMARY, "minLevel": 0, "sortByLevel": False}),
+            _summary(SUMMARY),
             ("RosOut", {"topicToRender": EVENTS, "minLogLevel": 1, "searchTerms": []}),
         ),
     )
@@ -253,9 +298,9 @@ def plotjuggler(pages: Sequence[Page]) -> str:
 def layouts() -> dict[str, str]:
     """File name -> text of all layouts."""
     return {
-        "foxglove_drive.json": foxglove(drive_pages()),
+        "foxglove_drive.json": foxglove((*drive_pages(), gap_page())),
         "foxglove_diagnosis.json": foxglove(diagnosis_pages()),
-        "plotjuggler_drive.xml": plotjuggler(drive_pages()),
+        "plotjuggler_drive.xml": plotjuggler((*drive_pages(), gap_page())),
         "plotjuggler_diagnosis.xml": plotjuggler(diagnosis_pages()),
     }
 
