@@ -6,6 +6,7 @@ import argparse
 import sys
 from pathlib import Path
 
+from .outputs import check_outputs
 from .recording_options import add_recording, read_map
 
 
@@ -40,6 +41,8 @@ def run(options: argparse.Namespace) -> int:
     from ..errors import InputError
     from ..recording.load import load_recording
 
+    inputs = {"BAG": options.bag, "--map": options.map}
+    check_outputs({"--json": options.json}, inputs, overwrite=True)
     recording = load_recording(options.bag, read_map(options))
     try:
         analysis = analyse(

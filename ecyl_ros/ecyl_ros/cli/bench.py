@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..errors import InputError
+from .outputs import check_outputs
 from .progress import progress_bar
 
 if TYPE_CHECKING:  # not at run time, to keep `--help` fast
@@ -88,12 +89,20 @@ def run(options: argparse.Namespace) -> int:
     from ..analysis.bench.identify import identify
     from ..analysis.bench.measured import read_loop, write_loop
     from ..analysis.bench.table1 import table_1_drive
-    from ..drive.drive_file import load_drive
+    from ..drive.drive_file import load_drive, resolve_drive
 
     if options.draws is not None and options.draws < 2:
         raise InputError(f"--draws = {options.draws}, expected 2 or more")
     if options.write_drive is not None and options.drive is None:
         raise InputError("--write-drive needs --drive, the drive file to write the result into")
+    check_outputs(
+        {"--json": options.json, "--csv": options.csv, "--write-drive": options.write_drive},
+        {
+            "--loop": options.loop,
+            "--drive": None if options.drive is None else resolve_drive(options.drive),
+        },
+        overwrite=True,
+    )
     drive = load_drive(options.drive) if options.drive is not None else table_1_drive()
     twist = options.shaft_twist
     if options.loop is not None:

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..errors import InputError
+from .outputs import check_outputs
 from .progress import progress_bar
 
 if TYPE_CHECKING:  # not at run time, to keep `--help` fast
@@ -60,12 +61,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Run the study; 0 when it ran, whatever the figures say, 1 when a worker died."""
-    from ..drive.drive_file import load_drive
+    from ..drive.drive_file import load_drive, resolve_drive
     from ..gap.blind.seal import seal
     from ..gap.blind.study import StudyError
 
     _check(options)
-    drive = load_drive(options.drive)
+    drive_file = resolve_drive(options.drive)
+    check_outputs({"--json": options.json}, {"--drive": drive_file}, overwrite=True)
+    drive = load_drive(drive_file)
     cases = _draw(options, drive)
     sealed = seal(cases)
     print(f"{len(cases)} cases drawn and sealed, SHA-256 {sealed.sha256}", flush=True)

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..errors import InputError
+from .outputs import add_overwrite, check_outputs
 from .progress import progress_bar
 from .recording_options import add_recording, read_map
 
@@ -48,7 +49,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--write-drive",
         type=Path,
         metavar="OUT.yaml",
-        help="write the drive file with the causes added, for ecyl run --drive",
+        help="write the drive file with the causes added, for ecyl run or ecyl diagnose --drive",
     )
     parser.add_argument(
         "--write-mcap",
@@ -56,7 +57,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="OUT.mcap",
         help="write recorded and simulated signals, residuals and events, to scrub through",
     )
-    parser.add_argument("--overwrite", action="store_true", help="replace existing outputs")
+    add_overwrite(parser)
 
 
 def run(options: argparse.Namespace) -> int:
@@ -64,10 +65,21 @@ def run(options: argparse.Namespace) -> int:
     from ..drive.drive_file import resolve_drive
 
     drive_file = resolve_drive(options.drive)
-    _check_outputs(options, drive_file)
+    check_outputs(
+        {
+            "--json": options.json,
+            "--report": options.report,
+            "--write-drive": options.write_drive,
+            "--write-mcap": options.write_mcap,
+        },
+        {"RECORDING": options.recording, "--drive": drive_file, "--map": options.map},
+        overwrite=options.overwrite,
+        suffixes={"--write-mcap": ".mcap"},
+    )
     judge = _judge(options, drive_file)
     signal_map = read_map(options)
 
+    from ..gap.effort.twin import EffortDiagnosis, write_effort_twin
     from ..gap.report.page import write_report
     from ..gap.report.scrub import write_scrub
     from ..gap.report.terminal import summary
@@ -88,7 +100,8 @@ def run(options: argparse.Namespace) -> int:
         write_scrub(diagnosis, options.write_mcap)
         written.append(str(options.write_mcap))
     if options.write_drive is not None and diagnosis.causes:
-        write_twin(diagnosis, drive_file, options.write_drive)
+        write = write_effort_twin if isinstance(diagnosis, EffortDiagnosis) else write_twin
+        write(diagnosis, drive_file, options.write_drive)
         written.append(str(options.write_drive))
     print(summary(diagnosis, written))
     if options.write_drive is not None and not diagnosis.causes:
@@ -116,10 +129,10 @@ def _judge(options: argparse.Namespace, drive_file: Path) -> Judge:
 
         return functools.partial(_by_replay, options, load_drive(drive_file), str(drive_file))
     machine = load_machine(drive_file)
-    if options.write_drive is not None:
+    if options.write_drive is not None and machine.kind == "follower":
         raise InputError(
-            f"--write-drive {options.write_drive}: not for a drive of kind {machine.kind}; its "
-            "closest model is in the JSON and the report, under what was measured"
+            f"--write-drive {options.write_drive}: not for a drive of kind follower; what is known "
+            "of it is in the JSON and the report, under what was measured"
         )
     diagnose: Callable[..., Diagnosis]
     if machine.kind == "follower":
@@ -184,36 +197,6 @@ def _with_notes(diagnosis: Diagnosis, recording: Recording, source: str) -> Diag
     """What was missing or cut off when the recording was read limits what could be judged."""
     notes = [note.removeprefix(f"{source}: ") for note in recording.notes]
     return dataclasses.replace(diagnosis, notes=(*notes, *diagnosis.notes))
-
-
-def _check_outputs(options: argparse.Namespace, drive_file: Path) -> None:
-    outputs = {
-        "--json": options.json,
-        "--report": options.report,
-        "--write-drive": options.write_drive,
-        "--write-mcap": options.write_mcap,
-    }
-    taken = {_place(options.recording): "RECORDING", _place(drive_file): "--drive"}
-    if options.map is not None:
-        taken[_place(options.map)] = "--map"
-    for flag, path in outputs.items():
-        if path is None:
-            continue
-        if _place(path) in taken:
-            raise InputError(
-                f"{flag} {path}: is {taken[_place(path)]} too; expected a file of its own"
-            )
-        taken[_place(path)] = flag
-        if flag == "--write-mcap" and path.suffix != ".mcap":
-            raise InputError(f"{flag} {path}: expected a name that ends in .mcap")
-        if path.is_dir():
-            raise InputError(f"{flag} {path}: is a folder; expected the name of a file")
-        if path.exists() and not options.overwrite:
-            raise InputError(f"{flag} {path}: exists; expected a new name, or --overwrite")
-
-
-def _place(path: Path) -> Path:
-    return path.resolve()
 
 
 def _finite(data: Any) -> Any:

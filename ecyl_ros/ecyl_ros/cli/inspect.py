@@ -9,7 +9,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..errors import InputError
+from .outputs import add_overwrite, check_outputs
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -31,7 +31,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--write-map", type=Path, metavar="OUT.yaml", help="write the proposed map")
     parser.add_argument("--json", type=Path, metavar="OUT", help="write the figures as JSON")
     parser.add_argument("--all", action="store_true", help="show every field of every topic")
-    parser.add_argument("--overwrite", action="store_true", help="replace existing outputs")
+    add_overwrite(parser)
 
 
 def run(options: argparse.Namespace) -> int:
@@ -41,15 +41,11 @@ def run(options: argparse.Namespace) -> int:
     from ..recording.propose import propose
     from ..recording.survey import survey
 
-    taken = {options.recording.resolve()}
-    for flag, path in (("--write-map", options.write_map), ("--json", options.json)):
-        if path is None:
-            continue
-        if path.resolve() in taken:
-            raise InputError(f"{flag} {path}: is taken already; expected a file of its own")
-        taken.add(path.resolve())
-        if path.is_dir() or (path.exists() and not options.overwrite):
-            raise InputError(f"{flag} {path}: exists; expected a new name, or --overwrite")
+    check_outputs(
+        {"--write-map": options.write_map, "--json": options.json},
+        {"FILE": options.recording},
+        overwrite=options.overwrite,
+    )
     found = survey(options.recording)
     proposal = propose(found)
     text = ""

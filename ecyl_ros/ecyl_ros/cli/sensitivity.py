@@ -8,6 +8,7 @@ import sys
 from pathlib import Path
 
 from ..errors import InputError
+from .outputs import check_outputs
 from .progress import progress_bar
 
 
@@ -52,13 +53,18 @@ def run(options: argparse.Namespace) -> int:
     from ..analysis.sensitivity import report
     from ..analysis.sensitivity.sweep import Experiment, sweep
     from ..analysis.sensitivity.vary import parse_axis, points
-    from ..drive.drive_file import load_drive
+    from ..drive.drive_file import load_drive, resolve_drive
 
     skip = _checked_skip(options)
     if options.jobs is not None and options.jobs < 1:
         raise InputError(f"--jobs = {options.jobs}, expected 1 or more")
     if len(options.vary) > 2:
         raise InputError(f"--vary is given {len(options.vary)} times, expected one or two")
+    check_outputs(
+        {"--json": options.json, "--csv": options.csv},
+        {"--drive": resolve_drive(options.drive)},
+        overwrite=True,
+    )
     drive = load_drive(options.drive)
     axes = [parse_axis(text, drive) for text in options.vary]
     drives = points(drive, axes, options.drive)
