@@ -22,6 +22,7 @@ from .verdict import STRUCTURELESS, at_floor
 
 MOST_STRETCHES = 12
 _NEAR_LARGEST = 0.5  # of the largest misfit: among such gaps the liveliest stretch tells most
+_SMALL = 0.1  # of the largest misfit above noise: what is less is not that gap
 _GAUGED, _JUDGED = 0.2, 0.9  # shares of the work done when these are
 
 
@@ -74,6 +75,7 @@ def diagnose_long(
         progress=lambda share: tell(_GAUGED + (_JUDGED - _GAUGED) * share),
     )
     told = []
+    largest = max(one.misfit for one in gauged.values()) - 1.0
     for number, (stretch, before) in enumerate(gauged.items()):
         after = before
         if found.causes:
@@ -84,7 +86,7 @@ def diagnose_long(
                 stretch.end_s,
                 before.misfit,
                 after.misfit,
-                gap=not before.at_floor,
+                gap=not before.at_floor and before.misfit - 1.0 >= _SMALL * largest,
                 judged=stretch is chosen,
             )
         )
