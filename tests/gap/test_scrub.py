@@ -175,3 +175,31 @@ def test_every_panel_of_a_foxglove_layout_has_its_place() -> None:
             r'"([A-Za-z]+![a-z0-9]+)"', json.dumps(tree["configById"][tree["layout"]])
         )
         assert sorted(placed) == sorted(panels)
+
+
+def test_plotjuggler_layouts_are_as_its_loader_takes_them() -> None:
+    """Splitters hold as many parts as they say, with a share each; every dock has one plot.
+
+    The loader indexes shares and children by the count, and passes over what it does not know.
+    """
+    for name in ("plotjuggler_drive.xml", "plotjuggler_diagnosis.xml"):
+        root = Xml.parse(LAYOUTS / name).getroot()
+        assert root.tag == "root"
+        (tabs,) = root.findall("tabbed_widget")
+        assert tabs.attrib == {"name": "Main Window", "parent": "main_window"}
+        titles = [tab.attrib["tab_name"] for tab in tabs.findall("Tab")]
+        assert len(set(titles)) == len(titles) > 2
+        for tab in tabs.findall("Tab"):
+            (splitter,) = tab.findall("Container/DockSplitter")
+            assert tab.attrib["containers"] == "1" and splitter.attrib["orientation"] in "|-"
+            shares = [float(one) for one in splitter.attrib["sizes"].split(";")]
+            assert int(splitter.attrib["count"]) == len(shares) == len(splitter)
+            assert sum(shares) == pytest.approx(1.0, abs=1e-4)
+            for area in splitter:
+                assert area.tag == "DockArea"
+                (plot,) = area.findall("plot")
+                assert plot.attrib["mode"] == "TimeSeries" and plot.attrib["style"] == "Lines"
+                colors = [curve.attrib["color"] for curve in plot.findall("curve")]
+                assert colors and all(re.fullmatch("#[0-9a-f]{6}", one) for one in colors)
+                assert len(set(colors)) == len(colors)
+        assert 0 <= int(tabs.find("currentTabIndex").attrib["index"]) < len(titles)
