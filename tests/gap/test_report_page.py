@@ -126,7 +126,7 @@ def test_the_page_goes_from_verdict_to_smallprint(verdict: str) -> None:
         *causes,
         "Where the gap lies" if gap else "Signal by signal",
         *(["What else was tried"] if gap else []),
-        *(["What could not be judged"] if VERDICTS[verdict].notes else []),
+        *(["Notes"] if VERDICTS[verdict].notes else []),
         "How this was made",
     ]
 

@@ -179,7 +179,7 @@ class Diagnosis:
             over the standard deviation of its recorded signal. `steps` holds the pooled gap after
             each cause was added, in order (waterfall).
         candidates: what competed, best first.
-        notes: what could not be judged or told, one line each.
+        notes: what the diagnosis rests on and could not judge or tell, one line each.
         values: {effect: {parameter: value}} of the causes, shape parameters included, as a drive
             file takes them.
         seconds, replays: what it took.

@@ -334,7 +334,7 @@ def _notes(diagnosis: Diagnosis) -> str:
     if not diagnosis.notes:
         return ""
     items = "".join(f"<li>{escape(one)}</li>" for one in diagnosis.notes)
-    return _section("What could not be judged", f"<ul>{items}</ul>")
+    return _section("Notes", f"<ul>{items}</ul>")
 
 
 def _smallprint(diagnosis: Diagnosis) -> str:
