@@ -8,6 +8,7 @@ import os
 import subprocess
 import sys
 import time
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -21,6 +22,7 @@ from std_msgs.msg import Float64
 from ecyl_ros.drive.drive_file import resolve_drive
 
 _COUNTER = itertools.count()
+_started: list[subprocess.Popen] = []
 SINE = "sine:amplitude=2e-3,frequency=2"
 
 
@@ -29,6 +31,19 @@ def own_domain(monkeypatch: pytest.MonkeyPatch) -> None:
     """A ROS_DOMAIN_ID that no other test and no other worker uses at the time."""
     worker = int(os.environ.get("PYTEST_XDIST_WORKER", "gw0")[2:])
     monkeypatch.setenv("ROS_DOMAIN_ID", str(40 + 25 * (worker % 2) + next(_COUNTER) % 25))
+
+
+@pytest.fixture(autouse=True)
+def nothing_left_running() -> Iterator[None]:
+    """End what a failed test left behind: a graph that runs on slows every test after it."""
+    yield
+    while _started:
+        process = _started.pop()
+        process.kill()
+        process.wait()
+        for pipe in (process.stdout, process.stderr):
+            if pipe is not None:
+                pipe.close()
 
 
 def ecyl(*arguments: object, timeout: float = 120.0) -> subprocess.CompletedProcess:
@@ -40,7 +55,9 @@ def ecyl(*arguments: object, timeout: float = 120.0) -> subprocess.CompletedProc
 def start(*arguments: object) -> subprocess.Popen:
     """Start `ecyl` in the background."""
     command = [sys.executable, "-m", "ecyl_ros.cli.main", *map(str, arguments)]
-    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    pipe = subprocess.PIPE
+    _started.append(subprocess.Popen(command, stdout=pipe, stderr=pipe, text=True))
+    return _started[-1]
 
 
 def simulated(path: Path, *arguments: object) -> bytes:
@@ -58,13 +75,15 @@ def node(
     command += ["--params-file", str(resolve_drive(drive))]
     for parameter in parameters:
         command += ["-p", parameter]
-    return subprocess.Popen(
+    process = subprocess.Popen(
         command,
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
         text=True,
         env=os.environ | ({} if domain is None else {"ROS_DOMAIN_ID": str(domain)}),
     )
+    _started.append(process)
+    return process
 
 
 class Listener(Node):
