@@ -2,8 +2,8 @@
 
 The recordings are this project's four topics with all their signals, 3.6 million samples each, as
 the recorder writes them (zstd): the bench drive at work, moves and rests, once with cogging all
-the time and once with friction on the load for ten minutes alone. They are written beforehand,
-some minutes of it at a time.
+the time and once with drag on the load for ten minutes alone. They are written beforehand, a minute
+of it at a time.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from ecyl_ros.recording import TOPICS
 RATE_HZ = 1000
 SHORT_S = 60
 ALWAYS: Effects = {"cogging_torque": {"amplitude_nm": 0.05, "periods_per_rev": 24.0}}
-AT_TIMES: Effects = {"load_coulomb_friction": {"coulomb_nm": 0.15}}
+AT_TIMES: Effects = {"load_viscous_friction": {"viscous_nm_s_per_rad": 4e-3}}
 ACTING = (2.0 / 3.0, 5.0 / 6.0)  # shares of the recording between which the second fault acts
 
 
@@ -106,7 +106,7 @@ def main() -> None:
             "at_times",
             part,
             AT_TIMES,
-            f"friction from {acting[0]:.0f} s to {acting[1]:.0f} s",
+            f"drag from {acting[0]:.0f} s to {acting[1]:.0f} s",
         )
     report.finish(options.json)
 
