@@ -15,7 +15,6 @@ from ..diagnosis import (
     Candidate,
     Cause,
     ConditionShare,
-    Diagnosis,
     FittedParameter,
     FloatArray,
     Measured,
@@ -23,10 +22,14 @@ from ..diagnosis import (
     Series,
     SignalGap,
 )
+from .acting import as_file, numbered
 from .balance import Interval, Solution
+from .closest import closest
 from .floor import white_floor
+from .replay import replay
 from .ruling import Judgement
 from .terms import Term
+from .twin import EffortDiagnosis
 
 _LINES = 3
 
@@ -43,10 +46,11 @@ class Assembly:
         self.machine, self.motion = judgement.machine, judgement.motion
         self.units, self.spread, self.rms = judgement.units, judgement.spread, judgement.rms
         self.whole, self.spans = judgement.whole, judgement.spans
+        self.replay = replay(judgement, self.ruling)
 
     def diagnosis(
         self, source: str, drive_name: str, begin: float, recording: Recording
-    ) -> Diagnosis:
+    ) -> EffortDiagnosis:
         """The result; `begin`: when the work began, by `time.perf_counter`."""
         ruling, motion = self.ruling, self.motion
         no_gap, named = ruling.verdict == "no_gap", ruling.named
@@ -56,12 +60,12 @@ class Assembly:
         gap = SignalGap(
             motion.effort_name, motion.effort_unit, ruling.before, ruling.after, self.floor
         )
-        return Diagnosis(
+        return EffortDiagnosis(
             source=source,
             drive=drive_name,
             verdict=ruling.verdict,
             block=block,
-            signals=(gap,),
+            signals=(gap, *self.replay.signals),
             when=() if no_gap else self._when(ruling.base),
             frequency_hz=() if no_gap else self._lines(ruling.base),
             ports=self._ports(),
@@ -72,7 +76,7 @@ class Assembly:
             shrink=ruling.shrink,
             steps=reached,
             candidates=self._candidates(),
-            notes=(*self._costs(), *motion.notes, *self.judgement.notes),
+            notes=(*self._costs(), *self.replay.notes, *motion.notes, *self.judgement.notes),
             values=self._values() if named else {},
             series=self._series(ruling.base, ruling.final, int(recording.stamp_ns[0])),
             seconds=time.perf_counter() - begin,
@@ -84,19 +88,17 @@ class Assembly:
             margin=ruling.margin,
             duration_s=recording.duration_s,
             rate_hz=recording.rate_hz,
-            measured=self._measured(named),
+            measured=(*self._measured(named), *self.replay.measured),
             floor_is=self.judgement.floor_is,
+            closest=closest(self.catalogue, self.whole) if named else None,
         )
 
     def _values(self) -> dict[str, dict[str, float]]:
-        found: dict[str, dict[str, float]] = {}
-        for at, one in enumerate(self.contest.order):
-            values = {span.name: span.value for span in self.spans[one.key]}
-            number = 1 + sum(other.effect == one.effect for other in self.contest.order[:at])
-            if number > 1:
-                values = {_numbered(name, number): value for name, value in values.items()}
-            found.setdefault(one.effect, {}).update(values)
-        return found
+        """Of the named causes, as a drive file takes them."""
+        machine = closest(self.catalogue, self.whole)
+        names = {one.effect for one in self.contest.order}
+        written = as_file(machine.effects, self.units, machine.lead)
+        return {name: values for name, values in written.items() if name in names}
 
     def _nearest_block(self) -> str | None:
         for one in self.contest.singles:
@@ -200,9 +202,9 @@ class Assembly:
         return Series(
             time_s=balance.time_s,
             reference_m=reference,
-            recorded=balance.effort[None],
-            before=(balance.effort - base.residual)[None],
-            after=(balance.effort - final.residual)[None],
+            recorded=_rows(balance.effort, self.replay.recorded),
+            before=_rows(balance.effort - base.residual, self.replay.before),
+            after=_rows(balance.effort - final.residual, self.replay.after),
             held_out=balance.held & balance.usable,
             usable=balance.usable,
             start_ns=start_ns,
@@ -222,26 +224,29 @@ class Assembly:
 
     def _measured(self, named: bool) -> tuple[Measured, ...]:
         """The closest model as a whole: nominal and found values together."""
-        machine, catalogue, units = self.machine, self.catalogue, self.units
+        catalogue = self.catalogue
+        model = catalogue.model
         terms = list(self.contest.winner.terms) if named else list(self.contest.base.terms)
         keys = {one.key for one in terms}
         extra = []
         refined = {name for one in terms for name in one.refines} | {one.effect for one in terms}
-        for one in (catalogue.inertia(), catalogue.viscous(), catalogue.coulomb()):
-            free = one.key not in keys and one.effect not in refined
-            if one.key == "viscous" and not machine.viscous:
-                free = False
-            if one.key == "coulomb" and not (catalogue.both_ways and machine.coulomb):
-                free = False
-            if free:
+        known = [catalogue.inertia()]
+        friction = any(model.coulomb) and catalogue.both_ways
+        if friction and model.coulomb + model.viscous != model.coulomb[::-1] + model.viscous[::-1]:
+            known.append(catalogue.by_direction())
+        else:
+            known += [catalogue.viscous()] if any(model.viscous) else []
+            known += [catalogue.coulomb()] if friction else []
+        for one in known:
+            inside = refined.intersection(one.refines)
+            if one.key not in keys and one.effect not in refined and not inside:
                 extra.append(one)
         fit = self.balance.fit([*terms, *extra], self.balance.usable)
         spans = self.balance.intervals(fit, self.balance.usable)
         found = []
-        known_inertia = machine.inertia if units.effort in ("N", "N m") else None
         for one in fit.terms:
             for span in spans[one.key]:
-                made = self._total(one, span, known_inertia)
+                made = self._total(one, span)
                 if made is not None:
                     found.append(made)
         rows = self.balance.usable
@@ -266,22 +271,22 @@ class Assembly:
             return self.whole.residual
         return self.balance.fit(self.contest.base.terms, self.balance.usable).residual
 
-    def _total(self, term: Term, span: Interval, inertia: float | None) -> Measured | None:
-        machine, units = self.machine, self.units
+    def _total(self, term: Term, span: Interval) -> Measured | None:
+        model, units = self.catalogue.model, self.units
         if term.key == "inertia":
-            return Measured(*span, "all that moves", inertia)
-        constant = machine.constant if "constant" not in self._keys else 0.0
+            return Measured(*span, "all that moves", model.inertia)
+        constant = model.constant if "constant" not in self._keys else 0.0
         totals = {
-            units.per_speed("viscous"): (machine.viscous, "friction in proportion to speed"),
-            units.per_speed("viscous_positive"): (machine.viscous, "the same, forwards"),
-            units.per_speed("viscous_negative"): (machine.viscous, "the same, backwards"),
-            units.level("coulomb"): (machine.coulomb, "friction level"),
+            units.per_speed("viscous"): (model.viscous[0], "friction in proportion to speed"),
+            units.per_speed("viscous_positive"): (model.viscous[0], "the same, forwards"),
+            units.per_speed("viscous_negative"): (model.viscous[1], "the same, backwards"),
+            units.level("coulomb"): (model.coulomb[0], "friction level"),
             units.level("coulomb_positive"): (
-                machine.coulomb + constant,
+                model.coulomb[0] + constant,
                 "friction level forwards, constant load included",
             ),
             units.level("coulomb_negative"): (
-                machine.coulomb - constant,
+                model.coulomb[1] - constant,
                 "friction level backwards, constant load included",
             ),
         }
@@ -290,8 +295,8 @@ class Assembly:
             value, low, high = (one + base for one in span[2:])
             return Measured(span.name, span.unit, value, low, high, meaning, base or None)
         if term.effect == "constant_load":
-            value, low, high = (one + machine.constant for one in span[2:])
-            nominal = machine.constant or None
+            value, low, high = (one + model.constant for one in span[2:])
+            nominal = model.constant or None
             return Measured(span.name, span.unit, value, low, high, "constant load", nominal)
         return None
 
@@ -315,7 +320,7 @@ class Assembly:
                 f"actuation.gain is left out: effort is counted in {motion.effort_unit}, inertia "
                 "and friction are known as multiples of it, and a wrong gain cannot be seen"
             )
-        if machine.inertia is None:
+        if catalogue.model.inertia is None:
             key = "load.mass" if machine.linear else "load.inertia"
             notes.append(
                 f"{key} is left out: it was found from the recording, so that a wrong one, or a "
@@ -344,12 +349,6 @@ class Assembly:
         return [*notes, *general]
 
 
-def _numbered(name: str, number: int) -> str:
-    """The name of a further order's parameter: "amplitude_nm" is "amplitude_2_nm"."""
-    first, mark, rest = name.partition("_")
-    return f"{first}_{number}{mark}{rest}"
-
-
 def _merged(
     causes: Sequence[Cause], steps: Sequence[float]
 ) -> tuple[tuple[Cause, ...], tuple[float, ...]]:
@@ -369,7 +368,7 @@ def _merged(
         parameters = list(first.parameters)
         for number, other in enumerate(group[1:], start=2):
             parameters += [
-                FittedParameter(_numbered(p.name, number), p.unit, p.value, p.low, p.high)
+                FittedParameter(numbered(p.name, number), p.unit, p.value, p.low, p.high)
                 for p in other.parameters
             ]
         made.append(
@@ -399,3 +398,7 @@ def _gathered(name: str, over: FloatArray, energy: FloatArray) -> ConditionShare
     shares = np.bincount(bins, weights=energy, minlength=10) / energy.sum()
     best = int(np.argmax(shares))
     return ConditionShare(name, float(shares[best]), float(np.mean(bins == best)))
+
+
+def _rows(first: FloatArray, others: FloatArray) -> FloatArray:
+    return np.concatenate([first[None], others.reshape(-1, first.size)])

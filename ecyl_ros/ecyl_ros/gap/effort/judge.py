@@ -85,6 +85,12 @@ def _check(motion: Motion, machine: Machine, source: str) -> None:
             f"{source}: no effort ({wanted}) recorded; expected one to weigh the motion against, "
             "or a drive file of kind follower, which takes command and position alone"
         )
+    unit = machine.effects_unit
+    if unit is not None and unit != motion.effort_unit:
+        raise InputError(
+            f"{source}: effort comes in {motion.effort_unit}, the effects of the drive file are "
+            f"counted in {unit}; expected the same actuation.signal and actuation.gain"
+        )
     moved = motion.velocity[motion.usable]
     if moved.size == 0 or not np.ptp(motion.position[motion.usable]) > 20.0 * motion.position_noise:
         raise InputError(

@@ -16,6 +16,7 @@ from typing import Any
 
 from ...drive.drive_file import NODE_KEYS, read_parameter_file, resolve_drive
 from ...errors import InputError
+from .acting import Acting, effects_table, parse
 
 KINDS = ("rigid", "follower")
 OUTPUTS = ("linear", "rotary")
@@ -51,6 +52,8 @@ class Machine:
         position_resolution, position_noise, effort_noise: of the recorded signals; effort in the
             unit it was recorded in.
         bandwidth_hz: up to where effort and motion are compared; None: found from the recording.
+        effects: what acts beyond these. effects_unit: of the effort their values are counted in;
+            None where no value tells.
     """
 
     kind: str
@@ -74,6 +77,8 @@ class Machine:
     position_noise: float | None = None
     effort_noise: float | None = None
     bandwidth_hz: float | None = None
+    effects: tuple[Acting, ...] = ()
+    effects_unit: str | None = None
 
     @property
     def linear(self) -> bool:
@@ -170,11 +175,16 @@ def load_machine(path: str | os.PathLike[str]) -> Machine:
 
 def machine_from_flat(flat: Mapping[str, Any], source: str) -> Machine:
     """`Machine` from dotted parameters; see `load_machine`."""
+    acting = {}
+    known = ", ".join((*KEYS, "effects"))
     for key in flat:
         if key in KEYS or key.split(".")[0] in NODE_KEYS:
             continue
+        if key.startswith("effects.") and key.count(".") == 2:
+            acting[key.removeprefix("effects.")] = flat[key]
+            continue
         near = difflib.get_close_matches(key, KEYS, n=1)
-        hint = f"did you mean {near[0]}?" if near else f"a rigid drive has {', '.join(KEYS)}"
+        hint = f"did you mean {near[0]}?" if near else f"a rigid drive has {known}"
         raise InputError(f"{source}: unknown key {key}; {hint}")
     values: dict[str, Any] = {}
     for key in ("drive.kind", "drive.output"):
@@ -185,7 +195,9 @@ def machine_from_flat(flat: Mapping[str, Any], source: str) -> Machine:
     for key, one in KEYS.items():
         if key in flat:
             values[one.field] = _value(flat[key], one, key, str(flat["drive.output"]), source)
-    machine = Machine(**values)
+    linear = values["output"] == "linear"
+    effects, unit = parse(acting, linear, values.get("lead"), source)
+    machine = Machine(**values, effects=effects, effects_unit=unit)
     _check_relations(machine, source)
     return _with_own_gain(machine)
 
@@ -219,6 +231,12 @@ def _check_relations(machine: Machine, source: str) -> None:
         raise InputError(
             f"{source}: actuation.signal = 'force' does not go with drive.output rotary; expected "
             "torque, current, voltage or loop"
+        )
+    if machine.effects and machine.kind == "follower":
+        raise InputError(f"{source}: effects do not go with drive.kind follower; expected rigid")
+    if any(one.name == "torque_constant_error" for one in machine.effects) and machine.gain is None:
+        raise InputError(
+            f"{source}: actuation.gain is missing; effects.torque_constant_error is told from it"
         )
     if machine.actuation == "loop" and not machine.loop_known:
         raise InputError(
@@ -257,4 +275,4 @@ def key_table() -> str:
 
 
 if __name__ == "__main__":
-    print(key_table())
+    print(key_table(), effects_table(), sep="\n\n")

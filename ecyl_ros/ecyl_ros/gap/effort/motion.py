@@ -19,6 +19,7 @@ from scipy.signal import butter, sosfiltfilt, welch
 from ...errors import InputError
 from ...recording.signals import FOREIGN_SIGNALS, SIGNALS, Recording
 from ..diagnosis import BoolArray, FloatArray
+from .loop import asked_along
 from .machine import EFFORTS, Machine
 
 _ORDER = 4  # of the low-passes, run forwards and backwards
@@ -76,6 +77,7 @@ class Motion:
     step: int
     notes: tuple[str, ...] = ()
     _sos: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 6)))
+    _smoothing: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 6)))
 
     @property
     def rows(self) -> NDArray[np.int64]:
@@ -86,6 +88,10 @@ class Motion:
         """Columns float64[..., n] through the parallel filter, at `rows`: float64[..., m]."""
         made: FloatArray = sosfiltfilt(self._sos, columns, axis=-1, padlen=self._pad)
         return made[..., self.rows]
+
+    def smoothed(self, values: FloatArray) -> FloatArray:
+        """float64[n] through the low-pass that `position` and `velocity` have passed."""
+        return _low_passed(self._smoothing, values)
 
     @property
     def _pad(self) -> int:
@@ -186,6 +192,7 @@ def motion_of(
         step=max(1, int(rate / (_SAMPLES_PER_PERIOD * bandwidth))),
         notes=tuple(notes),
         _sos=butter(_ORDER, bandwidth, fs=rate, output="sos"),
+        _smoothing=sos,
     )
 
 
@@ -211,7 +218,7 @@ class _Taker:
     """Signals of a recording on an even grid."""
 
     def __init__(self, recording: Recording, grid: FloatArray, rate: float) -> None:
-        self._recording, self._grid, self._rate = recording, grid, rate
+        self._recording, self._grid, self.rate_hz = recording, grid, rate
 
     def __call__(self, name: str) -> FloatArray:
         """Linear between samples; NaN where the nearest one is too far or unknown."""
@@ -223,7 +230,7 @@ class _Taker:
         times = self._recording.time_s[known]
         made = np.interp(self._grid, times, values[known], left=np.nan, right=np.nan)
         after = np.clip(np.searchsorted(times, self._grid), 1, times.size - 1)
-        made[times[after] - times[after - 1] > (_LONGEST_GAP + 1.5) / self._rate] = np.nan
+        made[times[after] - times[after - 1] > (_LONGEST_GAP + 1.5) / self.rate_hz] = np.nan
         return made
 
     def held(self, name: str) -> FloatArray:
@@ -277,37 +284,16 @@ def _other(take: _Taker, machine: Machine) -> FloatArray:
 
 
 def loop_effort(take: _Taker, machine: Machine) -> FloatArray:
-    """What the file's controller asks for, from the recorded reference and motion.
-
-    The cascade u = kp_v (kp_p (r - q) + f dr/dt - dq/dt) + ki_v x integral of that error, held to
-    the limit and late by the delay; in the output's effort where the gain is known.
-    """
+    """What the file's controller asks for, from the recorded reference and motion; see `loop`."""
     end = "m" if machine.linear else "rad"
-    rate = take._rate
-    position = take("rod_position_m" if machine.linear else "rotor_position_rad")
-    speed = take("rod_velocity_m_per_s" if machine.linear else "rotor_velocity_rad_per_s")
-    if not np.isfinite(speed).any():
-        # The backward difference of the mean of two samples, as encoders are commonly read.
-        speed = np.empty_like(position)
-        speed[2:] = 0.5 * rate * (position[2:] - position[:-2])
-        speed[:2] = speed[2]
-    wanted = take(f"reference_velocity_{end}_per_s")
-    reference = take(f"reference_position_{end}")
-    if machine.position_kp:
-        slope = np.gradient(reference, 1.0 / rate)
-        given = np.where(np.isfinite(wanted), wanted, slope)
-        error = machine.position_kp * (reference - position) + machine.feedforward * given - speed
-    else:
-        error = wanted - speed
-    command = (machine.speed_kp or 0.0) * error
-    if machine.speed_ki:
-        command += machine.speed_ki * np.nancumsum(error) / rate
-    if machine.command_limit is not None:
-        command = np.clip(command, -machine.command_limit, machine.command_limit)
-    late = round(machine.delay_s * rate)
-    if late:
-        command = np.concatenate([np.full(late, np.nan), command[:-late]])
-    return (machine.gain or 1.0) * command
+    return asked_along(
+        machine,
+        take(f"reference_position_{end}"),
+        take(f"reference_velocity_{end}_per_s"),
+        take("rod_position_m" if machine.linear else "rotor_position_rad"),
+        take("rod_velocity_m_per_s" if machine.linear else "rotor_velocity_rad_per_s"),
+        take.rate_hz,
+    )
 
 
 def _bridged(values: FloatArray, known: BoolArray) -> FloatArray:

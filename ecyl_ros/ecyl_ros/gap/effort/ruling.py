@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.ndimage import maximum_filter1d
 
 from ...effects.catalogue import CATALOGUE
 from ..diagnosis import BoolArray, Cause, FittedParameter
@@ -27,6 +28,10 @@ _LEAST = 0.2  # a cause less sure than this is named only if without it (or its 
 _MISSED = 0.1  # ... so large a share of the gap comes back
 _SMALL = 0.03  # share of the gap that an effect has to take off to be named
 _ALIKE = 1.02  # sets that leave so much at the most cannot be told apart
+_LATE = 1.5  # sampling periods: less between effort and motion is that of sampling and holding
+_SLOW = 3.0  # times the speed over which the sign of the speed is softened
+_SMEARED = 0.75  # periods of the bandwidth over which the filter spreads what happens at rest
+_ENOUGH = 0.5  # share of the judged samples that has to be in motion
 _UNLIKELY = 0.33  # weight of what gives the same columns as what is named, but is less common
 
 
@@ -79,8 +84,8 @@ class Judgement:
         self.machine, self.motion = catalogue.machine, balance.motion
         self.units = catalogue.units
         judged = balance.judged if balance.judged.any() else balance.usable
-        self.judged = judged
-        self.spread = float(np.std(balance.effort[judged])) or 1.0
+        self.judged = _moving(judged, balance, catalogue)
+        self.spread = float(np.std(balance.effort[self.judged])) or 1.0
         # Gap figures are those of fits that saw a part; values are fitted anew to all of it.
         self.whole = balance.fit(contest.winner.terms, balance.usable)
         self.spans = balance.intervals(self.whole, balance.usable)
@@ -94,6 +99,19 @@ class Judgement:
         values = solution.residual[self.judged if rows is None else rows]
         return float(np.sqrt(np.mean(values**2)))
 
+    def _timed(self, before: float) -> float:
+        """`before`, less what a shift between effort and motion by a sample or so takes off.
+
+        A command is held for a period after it was recorded; a speed is a difference over two. That
+        is how any recording comes about, and no gap.
+        """
+        base = self.contest.base
+        delay = self.catalogue.delay(base.explained(self.balance.nominal))
+        delay = dataclasses.replace(delay, low=(-math.inf,))
+        fit = self.balance.fit([*base.terms, delay])
+        near = abs(float(fit.of(delay)[0])) <= _LATE / self.motion.rate_hz
+        return min(before, self.rms(fit)) if near else before
+
     def rule(self) -> Ruling:
         """Decide what is named. Call once."""
         contest = self.contest
@@ -102,7 +120,7 @@ class Judgement:
         causes = self._causes(before, surplus)
         # An effort that wanders by itself does not repeat either: that is no floor, but a gap.
         wanders = self.floor > _WANDERS * self.spread and self.floor > 3.0 * self.white
-        no_gap = before <= NO_GAP_RATIO * self.floor and not wanders
+        no_gap = self._timed(before) <= NO_GAP_RATIO * self.floor and not wanders
         if wanders:
             self.notes.append(
                 f"{100.0 * self.floor / self.spread:.0f} % of the {self.motion.effort_name} does "
@@ -231,6 +249,23 @@ class Judgement:
         self.whole = balance.fit(self.contest.winner.terms, balance.usable)
         self.spans = balance.intervals(self.whole, balance.usable)
         return self._causes(before, surplus)
+
+
+def _moving(judged: BoolArray, balance: Balance, catalogue: Catalogue) -> BoolArray:
+    """`judged` less rests and reversals, where the file holds friction.
+
+    At rest friction holds whatever it must, up to its level: a balance cannot say whether it is as
+    modelled.
+    """
+    motion = balance.motion
+    if not any(catalogue.model.coulomb) and not catalogue.model.shapes:
+        return judged
+    resting = np.abs(motion.velocity) < _SLOW * catalogue.soft
+    resting[1:] |= np.signbit(motion.velocity[1:]) != np.signbit(motion.velocity[:-1])
+    width = 2 * max(1, round(_SMEARED * motion.rate_hz / motion.bandwidth_hz)) + 1
+    near = maximum_filter1d(resting, width)[motion.rows]
+    kept: BoolArray = judged & ~near
+    return kept if kept.sum() > _ENOUGH * judged.sum() else judged
 
 
 def fitted_parameters(spans: Sequence[Interval]) -> tuple[FittedParameter, ...]:

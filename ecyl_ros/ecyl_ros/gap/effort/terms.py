@@ -17,59 +17,17 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ..diagnosis import FloatArray
+from .acting import Acting
 from .machine import Machine
+from .model import gain_ratio, model_of
 from .motion import Motion
+from .units import Units
 
 _SOFT = 1e-3  # of the largest speed: below it the sign of the speed is not trusted
 _SPEEDS = 7  # Stribeck speeds tried
 
 # A parameter: name, unit, value.
 Parameters = tuple[tuple[str, str, float], ...]
-_TOKENS = {"N": "n", "N m": "nm", "A": "a", "V": "v", "1": ""}
-
-
-@dataclass(frozen=True)
-class Units:
-    """Units of effort and of what multiplies position, speed and acceleration."""
-
-    effort: str
-    linear: bool
-
-    @property
-    def _token(self) -> str:
-        return _TOKENS[self.effort]
-
-    def level(self, name: str) -> str:
-        """Name of a parameter that is an effort."""
-        return f"{name}_{self._token}".rstrip("_")
-
-    def per_speed(self, name: str) -> str:
-        """Name of a parameter that is an effort per speed."""
-        return f"{name}_{self._token}_s_per_{'m' if self.linear else 'rad'}".replace("__", "_")
-
-    def per_position(self, name: str) -> str:
-        """Name of a parameter that is an effort per position."""
-        return f"{name}_{self._token}_per_{'m' if self.linear else 'rad'}".replace("__", "_")
-
-    @property
-    def end(self) -> str:
-        """Unit of position."""
-        return "m" if self.linear else "rad"
-
-    @property
-    def speed_unit(self) -> str:
-        """Of an effort per speed."""
-        return f"{self.effort} s/{self.end}"
-
-    @property
-    def inertia(self) -> tuple[str, str]:
-        """Name and unit of the inertia."""
-        if self.effort == "N" and self.linear:
-            return "mass_kg", "kg"
-        if self.effort == "N m" and not self.linear:
-            return "inertia_kg_m2", "kg m^2"
-        name = f"inertia_{self._token}_s2_per_{self.end}".replace("__", "_")
-        return name, f"{self.effort} s^2/{self.end}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,7 +37,8 @@ class Term:
     Attributes:
         effect: its name. key: of this very form of it (an order, a Stribeck speed).
         columns: float64[k, n] on the grid of the motion.
-        parameters: from its coefficients.
+        parameters: from its coefficients. values: the same as `acting` has them, phases and rest
+            positions included; of inertia and gain what comes on top.
         low: least value of each coefficient; -inf where it may have any.
         refines: effects that it contains.
         alternatives: effects that give the same columns in a rigid drive.
@@ -91,6 +50,7 @@ class Term:
     key: str
     columns: FloatArray
     parameters: Callable[[FloatArray], Parameters]
+    values: Callable[[FloatArray], dict[str, float]]
     low: tuple[float, ...]
     refines: tuple[str, ...] = ()
     alternatives: tuple[str, ...] = ()
@@ -109,6 +69,7 @@ class Catalogue:
     def __init__(self, motion: Motion, machine: Machine) -> None:
         self.motion, self.machine = motion, machine
         self.units = Units(motion.effort_unit, machine.linear)
+        self.model = model_of(machine, self.units.own)
         usable = motion.usable
         speed = motion.velocity
         top = float(np.quantile(np.abs(speed[usable]), 0.99))
@@ -126,14 +87,64 @@ class Catalogue:
     # What the nominal model is made of.
 
     def nominal(self) -> FloatArray:
-        """The effort that the drive file's own values ask for, float64[n]."""
-        machine, motion = self.machine, self.motion
+        """The effort that the drive file's own values and effects ask for, float64[n]."""
+        model, motion = self.model, self.motion
         made: FloatArray = (
-            (machine.inertia or 0.0) * motion.acceleration
-            + machine.viscous * motion.velocity
-            + machine.coulomb * self.sign
-            + machine.constant
-            + machine.stiffness * motion.position
+            (model.inertia or 0.0) * motion.acceleration
+            + model.viscous[0] * np.maximum(motion.velocity, 0.0)
+            + model.viscous[1] * np.minimum(motion.velocity, 0.0)
+            + model.coulomb[0] * self.forwards
+            + model.coulomb[1] * self.backwards
+            + model.constant
+            + model.stiffness * motion.position
+        )
+        for one in model.shapes:
+            made += self._asked(one)
+        if model.delay_s:
+            made = np.interp(motion.time_s + model.delay_s, motion.time_s, made)
+        return made
+
+    def _asked(self, one: Acting) -> FloatArray:
+        """The effort that one effect of the file asks for."""
+        values = one.values
+        match one.name:
+            case "stribeck_friction":
+                term = self._stribeck(values["stribeck"])
+                parts = [values["coulomb"], values["static"] - values["coulomb"]]
+            case "friction_drift":
+                term = self.drift()
+                parts = [values["coulomb"], values["coulomb"] * values["rate"]]
+            case "load_dependent_friction":
+                term, parts = self.load_friction("share" in values), list(values.values())
+            case "local_jam":
+                term = self.jam(values["position"], values["width"])
+                parts = [values["coulomb"]]
+            case "gravity_on_arm":
+                term, parts = self.gravity(), _parts(values["amplitude"], values["phase"])
+            case "cogging_torque":
+                term = self.cogging(values["wave"] / self._turn_rate)
+                parts = _parts(values["amplitude"], values["phase"])
+            case "torque_ripple":
+                term = self.ripple(values["wave"] / self._turn_rate)
+                parts = _parts(values["fraction"], values["phase"])
+            case "periodic_disturbance":
+                term = self.disturbance(values["frequency"])
+                parts = _parts(values["amplitude"], values["phase"])
+            case _:
+                raise KeyError(one.name)
+        made: FloatArray = np.array(parts) @ term.columns
+        return made
+
+    def _keys_effort(self) -> FloatArray:
+        """The effort that the keys of the file ask for, by its own gain."""
+        inertia, viscous, coulomb, constant, stiffness = self.model.keys
+        motion = self.motion
+        made: FloatArray = (
+            inertia * motion.acceleration
+            + viscous * motion.velocity
+            + coulomb * self.sign
+            + constant
+            + stiffness * motion.position
         )
         return made
 
@@ -142,24 +153,25 @@ class Catalogue:
         return [] if self._known_inertia() else [self.inertia()]
 
     def _known_inertia(self) -> bool:
-        known = self.motion.effort_unit in ("N", "N m")
-        return self.machine.inertia is not None and known
+        return self.model.inertia is not None
 
     def inertia(self) -> Term:
         """The moving mass, true value."""
-        nominal = (self.machine.inertia or 0.0) if self._known_inertia() else 0.0
+        nominal = self.model.inertia or 0.0
         name, unit = self.units.inertia
         return Term(
             effect=f"{self.side}_inertia_error",
             key="inertia",
             columns=self.motion.acceleration[None],
             parameters=lambda c: ((name, unit, nominal + float(c[0])),),
+            values=lambda c: {"inertia": float(c[0])},
             low=(-nominal,),
             alternatives=("torque_constant_error",) if self._gain_matters() else (),
         )
 
     def _gain_matters(self) -> bool:
-        only_inertia = not (self.machine.viscous or self.machine.coulomb or self.machine.constant)
+        model = self.model
+        only_inertia = not (any(model.viscous) or any(model.coulomb) or model.constant)
         return self.machine.gain not in (None, 1.0) and only_inertia and self._known_inertia()
 
     # Effects of which all columns are known.
@@ -190,7 +202,8 @@ class Catalogue:
             key="viscous",
             columns=self.motion.velocity[None],
             parameters=lambda c: ((name, unit, float(c[0])),),
-            low=(-self.machine.viscous,),
+            values=lambda c: {"viscous": float(c[0])},
+            low=(-min(self.model.viscous),),
             alternatives=("back_emf_error",) if by_voltage and self.machine.gain is None else (),
         )
 
@@ -202,13 +215,15 @@ class Catalogue:
             key="coulomb",
             columns=self.sign[None],
             parameters=lambda c: ((name, unit, float(c[0])),),
-            low=(-self.machine.coulomb,),
+            values=lambda c: {"coulomb": float(c[0])},
+            low=(-min(self.model.coulomb),),
             alternatives=() if self.both_ways else ("constant_load", "current_sensor_offset"),
         )
 
     def constant(self) -> Term:
         """A constant load; where the motion goes one way only, friction looks the same."""
-        name, unit = self.units.level("force" if self.machine.linear else "torque"), self.units
+        stem = "force" if self.machine.linear else "torque"
+        name, unit = self.units.level(stem), self.units
         others: tuple[str, ...] = ("current_sensor_offset",)
         if not self.both_ways:
             others = (f"{self.side}_coulomb_friction", *others)
@@ -217,6 +232,7 @@ class Catalogue:
             key="constant",
             columns=self.one[None],
             parameters=lambda c: ((name, unit.effort, float(c[0])),),
+            values=lambda c: {stem: float(c[0])},
             low=(-math.inf,),
             alternatives=others,
         )
@@ -230,19 +246,20 @@ class Catalogue:
             key="spring",
             columns=np.stack([self.motion.position - middle, self.one]),
             parameters=lambda c: ((name, f"{unit.effort}/{unit.end}", float(c[0])),),
-            low=(-self.machine.stiffness, -math.inf),
+            values=lambda c: {
+                "stiffness": float(c[0]),
+                "rest": middle - float(c[1] / c[0]) if c[0] else 0.0,
+            },
+            low=(-self.model.stiffness, -math.inf),
             refines=("constant_load",),
         )
 
     def by_direction(self) -> Term:
         """Level and rise with speed, each by direction."""
         units, speed = self.units, self.motion.velocity
-        names = (
-            (units.level("coulomb_positive"), units.effort),
-            (units.level("coulomb_negative"), units.effort),
-            (units.per_speed("viscous_positive"), units.speed_unit),
-            (units.per_speed("viscous_negative"), units.speed_unit),
-        )
+        stems = ("coulomb_positive", "coulomb_negative", "viscous_positive", "viscous_negative")
+        names = [(units.level(one), units.effort) for one in stems[:2]]
+        names += [(units.per_speed(one), units.speed_unit) for one in stems[2:]]
         return Term(
             effect="direction_dependent_friction",
             key="by_direction",
@@ -257,7 +274,8 @@ class Catalogue:
             parameters=lambda c: tuple(
                 (name, unit, float(value)) for (name, unit), value in zip(names, c, strict=True)
             ),
-            low=(-self.machine.coulomb,) * 2 + (-self.machine.viscous,) * 2,
+            values=lambda c: dict(zip(stems, map(float, c), strict=True)),
+            low=tuple(-one for one in (*self.model.coulomb, *self.model.viscous)),
             refines=(f"{self.side}_coulomb_friction", f"{self.side}_viscous_friction"),
         )
 
@@ -281,7 +299,12 @@ class Catalogue:
                 (units.level("static"), units.effort, float(c[0] + c[1])),
                 (name, f"{units.end}/s", speed),
             ),
-            low=(-self.machine.coulomb, 0.0),
+            values=lambda c: {
+                "coulomb": float(c[0]),
+                "static": float(c[0] + c[1]),
+                "stribeck": speed,
+            },
+            low=(-min(self.model.coulomb), 0.0),
             refines=(f"{self.side}_coulomb_friction",),
             fixed={name: speed},
         )
@@ -301,7 +324,11 @@ class Catalogue:
             key="drift",
             columns=np.stack([self.sign, self.sign * time]),
             parameters=parameters,
-            low=(-self.machine.coulomb, -math.inf),
+            values=lambda c: {
+                "coulomb": float(c[0]),
+                "rate": float(c[1] / c[0]) if c[0] else 0.0,
+            },
+            low=(-min(self.model.coulomb), -math.inf),
             refines=(f"{self.side}_coulomb_friction",),
         )
 
@@ -315,6 +342,7 @@ class Catalogue:
             parameters=lambda c: (
                 (units.level("amplitude"), units.effort, float(np.hypot(c[0], c[1]))),
             ),
+            values=lambda c: _polar("amplitude", c),
             low=(-math.inf, -math.inf),
             refines=("constant_load", "spring_load"),
             alternatives=(),
@@ -339,38 +367,45 @@ class Catalogue:
             key="delay",
             columns=np.gradient(explained, 1.0 / self.motion.rate_hz)[None],
             parameters=lambda c: (("delay_s", "s", float(c[0])),),
+            values=lambda c: {"delay": float(c[0])},
             low=(0.0,),
             alternatives=("measurement_delay",),
         )
 
-    def load_friction(self) -> Term:
-        """Friction in proportion to the load carried: to what inertia and constant load ask."""
-        carried = np.abs(
-            (self.machine.inertia or 0.0) * self.motion.acceleration + self.machine.constant
-        )
-        if not self._known_inertia():
+    def load_friction(self, shared: bool | None = None) -> Term:
+        """Friction in proportion to the load carried: to what inertia and constant load ask.
+
+        shared: over the nominal load; by the acceleration alone where no inertia is known.
+        """
+        if shared is None:
+            shared = self._known_inertia()
+        inertia, _, _, constant, _ = self.model.keys
+        inertia = inertia or (self.model.inertia or 0.0)
+        carried = np.abs(inertia * self.motion.acceleration + constant)
+        if not shared:
             carried = np.abs(self.motion.acceleration)
-        name = self.units.inertia if not self._known_inertia() else ("coefficient", "1")
+        name = ("coefficient", "1") if shared else self.units.inertia
+        stem = "share" if shared else "inertia"
         return Term(
             effect="load_dependent_friction",
             key="load friction",
             columns=(self.sign * carried)[None],
             parameters=lambda c: ((name[0], name[1], float(c[0])),),
+            values=lambda c: {stem: float(c[0])},
             low=(0.0,),
         )
 
     def torque_constant(self, gain: float) -> Term:
-        """Another gain from the recorded signal to effort: the nominal effort, scaled."""
-        name = "torque_constant_n_per_a" if self.machine.linear else "torque_constant_nm_per_a"
-        unit = "N/A" if self.machine.linear else "N m/A"
-        if self.machine.actuation == "voltage":
-            name, unit = name.replace("_a", "_v"), unit.replace("A", "V")
+        """Another gain from the recorded signal to effort: what the file's keys ask, scaled."""
+        ratio = gain_ratio(self.machine)
+        name, unit = self.units.gain(self.machine.actuation == "voltage")
         return Term(
             effect="torque_constant_error",
             key="gain",
-            columns=self.nominal()[None],
-            parameters=lambda c: ((name, unit, gain / (1.0 + float(c[0]))),),
-            low=(-0.9,),
+            columns=self._keys_effort()[None],
+            parameters=lambda c: ((name, unit, gain / (ratio + float(c[0]))),),
+            values=lambda c: {"ratio": float(c[0])},
+            low=(-0.9 * ratio,),
         )
 
     def jam(self, middle: float, width: float) -> Term:
@@ -388,6 +423,7 @@ class Catalogue:
                 (f"position_{end}", end, middle),
                 (f"width_{end}", end, width),
             ),
+            values=lambda c: {"coulomb": float(c[0]), "position": middle, "width": width},
             low=(0.0,),
             fixed={f"position_{end}": middle, f"width_{end}": width},
         )
@@ -408,6 +444,12 @@ class Catalogue:
             return position * (math.tau / self.machine.lead), "periods_per_screw_rev", "1"
         return position, "period_m", "m"
 
+    @property
+    def _turn_rate(self) -> float:
+        """Rad of the angle that orders count, per m or rad of the output."""
+        lead = self.machine.lead
+        return math.tau / lead if self.machine.linear and lead is not None else 1.0
+
     def _extent(self, name: str, order: float) -> float:
         if name == "periods_per_rev" and order == round(order) and self.turns:
             return 0.0
@@ -427,6 +469,7 @@ class Catalogue:
                 (units.level("amplitude"), units.effort, float(np.hypot(c[0], c[1]))),
                 (name, unit, shown),
             ),
+            values=lambda c: _polar("amplitude", c) | {"wave": order * self._turn_rate},
             low=(-math.inf, -math.inf),
             fixed={name: shown},
             extent=self._extent(name, order),
@@ -445,6 +488,7 @@ class Catalogue:
                 ("fraction", "1", float(np.hypot(c[0], c[1]))),
                 (name, unit, shown),
             ),
+            values=lambda c: _polar("fraction", c) | {"wave": order * self._turn_rate},
             low=(-math.inf, -math.inf),
             fixed={name: shown},
             extent=self._extent(name, order),
@@ -462,6 +506,7 @@ class Catalogue:
                 (units.level("amplitude"), units.effort, float(np.hypot(c[0], c[1]))),
                 ("frequency_hz", "Hz", frequency_hz),
             ),
+            values=lambda c: _polar("amplitude", c) | {"frequency": frequency_hz},
             low=(-math.inf, -math.inf),
             fixed={"frequency_hz": frequency_hz},
             extent=float(np.ptp(self.motion.time_s[self.motion.usable])),
@@ -475,3 +520,13 @@ def speed_noise(motion: Motion) -> float:
     """
     cutoff = min(2.5 * motion.bandwidth_hz, 0.45 * motion.rate_hz)
     return math.tau * motion.position_noise * math.sqrt(2.0 * cutoff**3 / (3.0 * motion.rate_hz))
+
+
+def _parts(amplitude: float, phase: float) -> list[float]:
+    """Shares of sine and cosine in amplitude x sin(x + phase)."""
+    return [amplitude * math.cos(phase), amplitude * math.sin(phase)]
+
+
+def _polar(name: str, c: FloatArray) -> dict[str, float]:
+    """The inverse of `_parts`."""
+    return {name: float(np.hypot(c[0], c[1])), "phase": math.atan2(float(c[1]), float(c[0]))}

@@ -1,0 +1,250 @@
+"""Replay of rigid drives: the step against closed forms and scipy, the loop against others."""
+
+from __future__ import annotations
+
+import dataclasses
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from ecyl_ros.gap.diagnosis import Diagnosis
+from ecyl_ros.gap.effort.acting import Acting
+from ecyl_ros.gap.effort.judge import diagnose_effort
+from ecyl_ros.gap.effort.machine import Machine
+from ecyl_ros.gap.effort.model import model_of
+from ecyl_ros.gap.effort.plant import along, plant_of
+from ecyl_ros.gap.effort.study.equations import STEP_S, Truth, run
+from ecyl_ros.gap.report.page import report_html
+from ecyl_ros.gap.report.scrub import topic, write_scrub
+from ecyl_ros.gap.report.terminal import summary
+from ecyl_ros.recording.signals import Recording
+
+NONE = (0.0, 0.0, 0.0)
+MASS, SPEED_HZ = 20.0, 25.0
+KP = 2.0 * np.pi * SPEED_HZ / 4.0
+KV = MASS * 2.0 * np.pi * SPEED_HZ
+HEALTHY = Truth(
+    inertia=MASS,
+    viscous=(0.0, 0.0),
+    coulomb=(4.0, 4.0),
+    static=0.0,
+    stribeck=1.0,
+    drift_per_s=0.0,
+    carried=0.0,
+    jam=NONE,
+    cogging=NONE,
+    gravity=NONE,
+    ripple=NONE,
+    sine=NONE,
+    constant=0.0,
+    stiffness=0.0,
+    presliding=1e-6,
+    delay_steps=0,
+    gain=1.0,
+    position_kp=KP,
+    speed_kp=KV,
+    speed_ki=0.0,
+    limit=1e9,
+    control_steps=round(1e-3 / STEP_S),
+)
+WORN = HEALTHY._replace(coulomb=(14.0, 24.0), viscous=(120.0, 60.0))
+T = np.arange(15_000) * 1e-3
+REFERENCE = 0.08 * np.sin(1.9 * T) + 0.02 * np.sin(7.1 * T + 0.4)
+FILE = Machine(
+    kind="rigid", output="linear", actuation="force", gain=1.0, inertia=MASS, coulomb=4.0
+)
+LOOP = dataclasses.replace(FILE, rate_hz=1000.0, position_kp=KP, speed_kp=KV)
+
+
+def _run(truth: Truth) -> np.ndarray:
+    return run(truth, REFERENCE, 0.0 * T, 0.0 * T, 0.0)
+
+
+def _recording(rows: np.ndarray, **more: np.ndarray) -> Recording:
+    rng = np.random.default_rng(5)
+    return Recording(
+        stamp_ns=np.round(T * 1e9).astype(np.int64),
+        rod_position_m=rows[:, 0] + 2e-8 * rng.normal(size=T.size),
+        rod_force_n=rows[:, 2] + 0.2 * rng.normal(size=T.size),
+        **more,
+    )
+
+
+def _gaps(result: Diagnosis) -> dict[str, tuple[float, float]]:
+    return {one.name: (one.gap, one.after) for one in result.signals}
+
+
+def _rms(values: np.ndarray) -> float:
+    return float(np.sqrt(np.mean(values**2)))
+
+
+# The step.
+
+
+def test_a_sliding_mass_stops_where_friction_has_taken_its_energy() -> None:
+    """From v it slides M v^2 / (2 F), whatever the step, and then stays to the last bit."""
+    plant = plant_of(model_of(dataclasses.replace(FILE, coulomb=8.0), True))
+    for h in (1e-3, 2.3e-4):
+        n = int(1.0 / h)
+        position, speed = along(plant, 0.0, 0.0, 0.1, np.zeros(n), np.zeros(n), h)
+        assert position[-1] == pytest.approx(MASS * 0.01 / 16.0, rel=2e-3)
+        assert speed[-1] == 0.0 and position[-1] == position[-50]
+
+
+def test_friction_holds_up_to_its_level_and_no_further() -> None:
+    """A load below the friction level moves nothing; above, it accelerates by what is over."""
+    plant = plant_of(model_of(dataclasses.replace(FILE, coulomb=8.0), True))
+    h, n = 1e-3, 1000
+    still, _ = along(plant, 0.0, 0.3, 0.0, np.full(n, 7.99), np.zeros(n), h)
+    assert np.all(still == 0.3)
+    _, speed = along(plant, 0.0, 0.3, 0.0, np.full(n, -9.0), np.zeros(n), h)
+    assert speed[-1] == pytest.approx(-1.0 / MASS * h * (n - 1), rel=1e-9)
+
+
+SHAPED = dataclasses.replace(
+    FILE,
+    coulomb=0.0,
+    viscous=30.0,
+    constant=2.0,
+    stiffness=900.0,
+    effects=(
+        Acting("cogging_torque", {"amplitude": 5.0, "wave": 600.0, "phase": 0.3}),
+        Acting("torque_ripple", {"fraction": 0.2, "wave": 150.0, "phase": -1.0}),
+        Acting("periodic_disturbance", {"amplitude": 3.0, "frequency": 4.0, "phase": 1.1}),
+        Acting("spring_load", {"stiffness": 200.0, "rest": 0.02}),
+    ),
+)
+
+
+def test_the_step_agrees_with_scipy_and_is_of_second_order() -> None:
+    """Cogging, ripple, spring, disturbance: LSODA's solution, its error falling as h squared."""
+
+    def slope(t: float, s: np.ndarray) -> list[float]:
+        q, v = s
+        force = 12.0 * (1.0 - 0.2 * np.sin(150.0 * q - 1.0)) - 30.0 * v - 2.0 - 900.0 * q
+        force -= 200.0 * (q - 0.02) + 5.0 * np.sin(600.0 * q + 0.3)
+        force -= 3.0 * np.sin(2.0 * np.pi * 4.0 * t + 1.1)
+        return [v, force / MASS]
+
+    plant = plant_of(model_of(SHAPED, True))
+    exact = solve_ivp(slope, (0.0, 2.0), [0.0, 0.1], "LSODA", rtol=1e-11, atol=1e-14)
+    errors = []
+    for h in (1e-3, 5e-4):
+        n = round(2.0 / h) + 1
+        position, _ = along(plant, 0.0, 0.0, 0.1, np.full(n, 12.0), np.zeros(n), h)
+        errors.append(abs(position[-1] - exact.y[0, -1]))
+    assert errors[1] < 1e-6
+    assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.25)
+
+
+# The loop.
+
+
+@pytest.fixture(scope="module")
+def worn() -> np.ndarray:
+    """The worn machine's run."""
+    return _run(WORN)
+
+
+def test_a_known_loop_gives_back_the_tracking_error(worn) -> None:
+    """The gap is what other equations give for the fault; with what is named 3 % of it are left."""
+    healthy = _run(HEALTHY)
+    result = diagnose_effort(_recording(worn, reference_position_m=REFERENCE), LOOP)
+    assert [one.effect for one in result.causes] == ["direction_dependent_friction"]
+    gap, after = _gaps(result)["tracking_error"]
+    assert gap == pytest.approx(_rms((worn - healthy)[:, 0]), rel=0.05)
+    assert after < 0.03 * gap
+    for name in ("speed", "force_in_the_loop"):
+        before, left = _gaps(result)[name]
+        assert left < 0.25 * before, name
+    (tracking,) = [one for one in result.measured if one.name == "tracking_error_m"]
+    assert tracking.value == pytest.approx(_rms(REFERENCE - worn[:, 0]), rel=0.1)
+
+
+def test_a_machine_as_modelled_is_replayed_to_its_floor() -> None:
+    """Without a fault there is no gap, and the tracking error comes back to half a thousandth."""
+    result = diagnose_effort(_recording(_run(HEALTHY), reference_position_m=REFERENCE), LOOP)
+    assert result.verdict == "no_gap"
+    assert _gaps(result)["tracking_error"][0] < 5e-4 * _rms(REFERENCE - _run(HEALTHY)[:, 0])
+
+
+def test_a_limit_and_an_integral_are_played_as_they_ran() -> None:
+    """A loop with an integral that runs into its limit: the same tracking error, within 2 %."""
+    truth = WORN._replace(speed_ki=0.25 * KV * KP, limit=75.0)
+    rows = _run(truth)
+    assert np.mean(np.abs(rows[:, 2]) > 74.9) > 0.01
+    machine = dataclasses.replace(LOOP, speed_ki=0.25 * KV * KP, command_limit=75.0)
+    result = diagnose_effort(_recording(rows, reference_position_m=REFERENCE), machine)
+    gap, after = _gaps(result)["tracking_error"]
+    assert after < 0.02 * _rms(REFERENCE - rows[:, 0]) and after < 0.2 * gap
+
+
+def test_without_a_loop_the_measured_effort_is_played_and_begun_anew(worn) -> None:
+    """No controller: speed and position from the measured force; a note says why it begins anew."""
+    result = diagnose_effort(_recording(worn), FILE)
+    for name in ("position", "speed"):
+        gap, after = _gaps(result)[name]
+        assert after < 0.1 * gap, name
+    # A force that is off by F moves a mass by F t^2 / 2 M within a stretch.
+    force, span = _gaps(result)["force"][0], 0.5
+    assert _gaps(result)["position"][0] < 0.5 * force / MASS * span**2
+    (note,) = [one for one in result.notes if "begun anew" in one]
+    assert "no controller in the drive file" in note and "0.5 s" in note
+    lost = diagnose_effort(_recording(worn), LOOP)
+    assert any("no reference was recorded" in one for one in lost.notes)
+
+
+def test_a_speed_loop_is_replayed_by_its_speed(worn) -> None:
+    """A file without a position gain: reference speed in, speed compared, position left alone."""
+    wanted = KP * (REFERENCE - worn[:, 0])
+    machine = dataclasses.replace(LOOP, position_kp=None)
+    result = diagnose_effort(_recording(worn, reference_velocity_m_per_s=wanted), machine)
+    found = _gaps(result)
+    assert set(found) == {"force", "speed", "force_in_the_loop"}
+    assert found["speed"][1] < 0.1 * found["speed"][0]
+
+
+def test_a_late_loop_is_late_in_the_replay(worn) -> None:
+    """A delay of 3 ms in the loop: known, the tracking error comes back; left out, it does not."""
+    rows = _run(WORN._replace(delay_steps=round(3e-3 / STEP_S)))
+    late = np.concatenate([np.full(3, rows[0, 2]), rows[:-3, 2]])
+    recording = _recording(
+        np.column_stack([rows[:, 0], rows[:, 1], late]), reference_position_m=REFERENCE
+    )
+    left = [
+        _gaps(diagnose_effort(recording, dataclasses.replace(LOOP, delay_s=delay)))[
+            "tracking_error"
+        ][1]
+        for delay in (3e-3, 0.0)
+    ]
+    assert left[0] < 0.5 * left[1]
+
+
+def test_a_loop_that_runs_away_is_said_and_not_shown(worn) -> None:
+    """A gain of the wrong sign cannot be replayed: a note says so, the verdict stands."""
+    machine = dataclasses.replace(LOOP, speed_kp=80.0 * KV)
+    result = diagnose_effort(_recording(worn, reference_position_m=REFERENCE), machine)
+    assert [one.name for one in result.signals] == ["force"]
+    assert any("runs away" in note for note in result.notes)
+    assert [one.effect for one in result.causes] == ["direction_dependent_friction"]
+
+
+def test_report_summary_and_scrub_show_the_replay(worn, tmp_path: Path) -> None:
+    """The tracking error stands in the summary, in the page and as curves of the MCAP."""
+    from mcap.reader import make_reader
+
+    result = diagnose_effort(_recording(worn, reference_position_m=REFERENCE), LOOP)
+    assert "tracking error" in summary(result)
+    assert "tracking error, nominal model" in report_html(result).replace("Tracking", "tracking")
+    write_scrub(result, tmp_path / "a.mcap")
+    with (tmp_path / "a.mcap").open("rb") as file:
+        statistics = make_reader(file).get_summary()
+    counts = {
+        channel.topic: statistics.statistics.channel_message_counts[number]
+        for number, channel in statistics.channels.items()
+    }
+    for signal in ("force", "tracking_error", "speed", "force_in_the_loop"):
+        for curve in ("recorded", "before", "after"):
+            assert counts[topic(signal, curve)] > 100
