@@ -49,7 +49,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--write-drive",
         type=Path,
         metavar="OUT.yaml",
-        help="write the drive file with the causes added, for ecyl run --drive",
+        help="write the drive file with the causes added, for ecyl run or ecyl diagnose --drive",
     )
     parser.add_argument(
         "--write-mcap",
@@ -79,6 +79,7 @@ def run(options: argparse.Namespace) -> int:
     judge = _judge(options, drive_file)
     signal_map = read_map(options)
 
+    from ..gap.effort.twin import EffortDiagnosis, write_effort_twin
     from ..gap.report.page import write_report
     from ..gap.report.scrub import write_scrub
     from ..gap.report.terminal import summary
@@ -99,7 +100,8 @@ def run(options: argparse.Namespace) -> int:
         write_scrub(diagnosis, options.write_mcap)
         written.append(str(options.write_mcap))
     if options.write_drive is not None and diagnosis.causes:
-        write_twin(diagnosis, drive_file, options.write_drive)
+        write = write_effort_twin if isinstance(diagnosis, EffortDiagnosis) else write_twin
+        write(diagnosis, drive_file, options.write_drive)
         written.append(str(options.write_drive))
     print(summary(diagnosis, written))
     if options.write_drive is not None and not diagnosis.causes:
@@ -127,10 +129,10 @@ def _judge(options: argparse.Namespace, drive_file: Path) -> Judge:
 
         return functools.partial(_by_replay, options, load_drive(drive_file), str(drive_file))
     machine = load_machine(drive_file)
-    if options.write_drive is not None:
+    if options.write_drive is not None and machine.kind == "follower":
         raise InputError(
-            f"--write-drive {options.write_drive}: not for a drive of kind {machine.kind}; its "
-            "closest model is in the JSON and the report, under what was measured"
+            f"--write-drive {options.write_drive}: not for a drive of kind follower; what is known "
+            "of it is in the JSON and the report, under what was measured"
         )
     diagnose: Callable[..., Diagnosis]
     if machine.kind == "follower":
