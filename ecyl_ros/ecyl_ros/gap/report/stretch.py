@@ -99,7 +99,7 @@ def figures(diagnosis: Diagnosis, stretch: Stretch) -> str:
         name = words.signal(about.name)
         curves = [run[index, stretch.rows] * factor for _, _, run in runs]
         label = typeset_label(name, unit)
-        y = _within(recorded * factor, curves, label)
+        y = _within(recorded * factor, curves, label, _travel(series.recorded[index]) * factor)
         for (kind, title, run), simulated in zip(runs, curves, strict=True):
             left = float(_rms(recorded - run[index, stretch.rows]))
             rms = q.amount(left, about.unit)
@@ -120,10 +120,20 @@ def typeset_label(name: str, unit: str) -> str:
     return html.unescape(typeset(f"{name} / {unit}")) if unit not in ("", "1") else name
 
 
-def _within(recorded: FloatArray, curves: list[FloatArray], label: str) -> Axis:
-    """Room for the recording, and for the simulations where they do not run away from it."""
+def _travel(values: FloatArray) -> float:
+    known = values[np.isfinite(values)]
+    return float(np.ptp(known)) if known.size else 0.0
+
+
+def _within(
+    recorded: FloatArray, curves: list[FloatArray], label: str, travel: float = 0.0
+) -> Axis:
+    """Room for the recording, and for the simulations where they do not run away from it.
+
+    travel: of the signal over the whole recording, which a simulation may be off by.
+    """
     known = recorded[np.isfinite(recorded)]
     low, high = float(known.min()), float(known.max())
-    reach = (high - low) or 1.0
+    reach = max(high - low, travel) or 1.0
     near = [np.clip(one[np.isfinite(one)], low - reach, high + reach) for one in curves]
     return Axis.around(label, known, *near)
