@@ -405,14 +405,22 @@ def _pruned(run: _Competition, winner: Fit, pool: Sequence[Fit]) -> tuple[Fit, d
 
 
 def _leave_one_out(run: _Competition, winner: Fit, pool: Sequence[Fit]) -> dict[str, Fit]:
+    def refit(start: Fit) -> Fit:
+        known = [one for one in pool if set(one.names) == set(start.names)]
+        return min([*known, *run.polish([start], 8)], key=lambda one: one.fitted)
+
+    return leave_one_out(run.fitter, winner, run.nominal, refit)
+
+
+def leave_one_out(
+    fitter: Fitter, winner: Fit, nominal: Fit, refit: Callable[[Fit], Fit]
+) -> dict[str, Fit]:
+    """For each effect of `winner`, the fit without it: its others fitted anew, or `nominal`.
+
+    refit: fits from a start with the others at the winner's values.
+    """
     found: dict[str, Fit] = {}
     for name in winner.names:
-        rest = tuple(one for one in winner.names if one != name)
-        if not rest:
-            found[name] = run.nominal
-            continue
-        known = [one for one in pool if set(one.names) == set(rest)]
-        start = run.fitter.evaluate({key: winner.values[key] for key in rest})
-        candidates = [*known, *run.polish([start], 8)]
-        found[name] = min(candidates, key=lambda one: one.fitted)
+        rest = {key: value for key, value in winner.values.items() if key != name}
+        found[name] = refit(fitter.evaluate(rest)) if rest else nominal
     return found

@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..effects.catalogue import CATALOGUE
-from .attribute import Competition, earns, misfit
+from .attribute import Competition, earns, leave_one_out, misfit
 from .evidence import Smoother, gather
 from .fit import Fit, Fitter, robust_squares
 from .replay import BoolArray, FloatArray, Replay
@@ -114,10 +114,8 @@ def without_stand_ins(
         start = fitter.evaluate({name: winner.values[name] for name in kept})
         fit = fitter.polish(start, _STEPS)
         best = fit if earns(fit, best, fitter.perfect) else best
-    without = dict.fromkeys(best.names, competition.nominal)
-    if len(best.names) > 1:
-        for name in best.names:
-            rest = {key: value for key, value in best.values.items() if key != name}
-            without[name] = fitter.polish(fitter.evaluate(rest), _STEPS)
+    without = leave_one_out(
+        fitter, best, competition.nominal, lambda start: fitter.polish(start, _STEPS)
+    )
     rivals = tuple(one for one in competition.singles if one.names != best.names)
     return replace(competition, winner=best, rivals=rivals, leave_one_out=without), odd
