@@ -136,8 +136,8 @@ class StretchGap:
 
     begin_s, end_s: from the beginning of the recording. before, after: robust misfit of the nominal
     model, and with the causes added, over that of a perfect model; 1 is noise. gap: whether the
-    nominal model is off its floor there, and by no less than a tenth of where it is most. judged:
-    whether the diagnosis is of this stretch.
+    nominal model is off its floor there, by more than chance and by no less than a tenth of where
+    it is most. judged: whether the diagnosis is of this stretch.
     """
 
     begin_s: float

@@ -22,6 +22,7 @@ from .verdict import STRUCTURELESS, at_floor
 
 MOST_STRETCHES = 12
 _NEAR_LARGEST = 0.5  # of the largest misfit: among such gaps the liveliest stretch tells most
+_NOISE = 1.05  # times a perfect model's misfit: less, on one of many stretches, is chance
 _SMALL = 0.1  # of the largest misfit above noise: what is less is not that gap
 _GAUGED, _JUDGED = 0.2, 0.9  # shares of the work done when these are
 
@@ -86,7 +87,7 @@ def diagnose_long(
                 stretch.end_s,
                 before.misfit,
                 after.misfit,
-                gap=not before.at_floor and before.misfit - 1.0 >= _SMALL * largest,
+                gap=before.gap and before.misfit - 1.0 >= _SMALL * largest,
                 judged=stretch is chosen,
             )
         )
@@ -104,6 +105,11 @@ class _Gauge:
     misfit: float
     at_floor: bool
 
+    @property
+    def gap(self) -> bool:
+        """Whether it is off its floor by more than one of many stretches is by chance."""
+        return not self.at_floor and self.misfit >= _NOISE
+
 
 def _gauge(recording: Recording, drive: DriveParameters, source: str, values: Values) -> _Gauge:
     replay = Replay(recording, drive, source)
@@ -115,7 +121,7 @@ def _gauge(recording: Recording, drive: DriveParameters, source: str, values: Va
 
 def _telling(gauged: dict[Stretch, _Gauge]) -> Stretch:
     """The liveliest stretch among those with a large gap, or of all where none has one."""
-    gaps = {stretch: one.misfit for stretch, one in gauged.items() if not one.at_floor}
+    gaps = {stretch: one.misfit for stretch, one in gauged.items() if one.gap}
     if not gaps:
         return next(iter(gauged))
     least = _NEAR_LARGEST * max(gaps.values())
