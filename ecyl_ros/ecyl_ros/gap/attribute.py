@@ -39,6 +39,7 @@ _FIRSTS = 2  # single effects that sets are built upon
 _KEPT_SETS = 6
 _CLOSE = 2.0  # times the best cost: a runner-up that finer fits may still put first
 _SEARCHED_SETS = 3
+_FURTHER_SETS = 3  # searched besides where they promised less than the best search left
 _KEPT_RESPONSES = 4  # further sets from responses added up
 _MOST_EFFECTS = 3
 _STRIDE = 5  # responses are added up on every fifth sample
@@ -159,21 +160,32 @@ class _Competition:
         """Fit each from afar; best first."""
         return sorted(self.map(self.fitter.search, fits), key=lambda one: one.fitted)
 
-    def best_of(self, sets: Sequence[Fit]) -> list[Fit]:
+    def best_of(self, sets: Sequence[Fit], promised: Sequence[float]) -> list[Fit]:
         """Fit sets of effects, the less promising ones less far; best first.
 
-        sets: the most promising first; that one is searched whatever a short fit makes of it.
+        Args:
+            sets: the most promising first; that one is searched whatever a short fit makes of it.
+            promised: the cost that each might reach; those that promised less than the best search
+                leaves are searched, too.
         """
         glimpsed = self.map(lambda one: self.fitter.fit(one, steps=2, difference=MEDIUM), sets)
+        promise = {id(one): score for one, score in zip(glimpsed, promised, strict=True)}
         first = glimpsed[0]
         glimpsed.sort(key=lambda one: one.fitted)
         if first in glimpsed[_SEARCHED_SETS:]:
             glimpsed.remove(first)
             glimpsed.insert(_SEARCHED_SETS - 1, first)
         searched = self.search(glimpsed[:_SEARCHED_SETS])
+        glimpsed = glimpsed[_SEARCHED_SETS:]
+        left = min(one.fitted for one in searched)
+        if misfit(left) > AT_FLOOR * self.fitter.perfect:
+            hopeful = sorted(glimpsed, key=lambda one: promise[id(one)])[:_FURTHER_SETS]
+            hopeful = [one for one in hopeful if promise[id(one)] < left]
+            glimpsed = [one for one in glimpsed if one not in hopeful]
+            searched = sorted(searched + self.search(hopeful), key=lambda one: one.fitted)
         close = [one for one in searched[1:2] if one.fitted < _CLOSE * searched[0].fitted]
         polished = self.polish([*searched[:1], *close], 10)
-        rest = searched[len(polished) :] + glimpsed[_SEARCHED_SETS:]
+        rest = searched[len(polished) :] + glimpsed
         return sorted(polished + rest, key=lambda one: one.fitted)
 
     def polish(self, fits: Sequence[Fit], steps: int) -> list[Fit]:
@@ -236,8 +248,8 @@ class _Competition:
 
         return self.map(resize, promises)
 
-    def pairs_of_responses(self) -> list[Values]:
-        """Sets of two whose responses, added up with free sizes, would leave least."""
+    def pairs_of_responses(self) -> list[tuple[float, Values]]:
+        """Sets of two whose responses, added up with free sizes, leave least; and how much."""
         target = self._thin(self.nominal)
         responses = np.array([target - self._thin(one) for one in self.library])
         gram, along = responses @ responses.T, responses @ target
@@ -261,16 +273,18 @@ class _Competition:
                         left,
                         {**self._times(first, a), **self._times(second, b)},
                     )
-        order = sorted(found.values(), key=lambda pair: pair[0])
-        return [values for _, values in order[: _KEPT_SETS + _KEPT_RESPONSES]]
+        return sorted(found.values(), key=lambda pair: pair[0])[: _KEPT_SETS + _KEPT_RESPONSES]
 
     def _times(self, single: Fit, size: float) -> Values:
         (name,) = single.names
         drive = self.fitter.replay.drive
         return {name: CATALOGUE[name].scaled(single.values[name], size, drive)}
 
-    def sets_upon(self, firsts: Sequence[Fit]) -> list[Fit]:
-        """Each of `firsts` with one more effect, the most promising started, not yet fitted."""
+    def sets_upon(self, firsts: Sequence[Fit]) -> tuple[list[Fit], list[float]]:
+        """Each of `firsts` with one more effect, the most promising started, not yet fitted.
+
+        Returns (starts, what each might leave).
+        """
         best: dict[frozenset[str], _Promise] = {}
         for rank, first in enumerate(firsts):
             most = _STARTS if rank == 0 else _STARTS_IN_SETS
@@ -278,8 +292,8 @@ class _Competition:
                 key = frozenset(one.fit.names)
                 if key not in best or one.score < best[key].score:
                     best[key] = one
-        order = sorted(best.values(), key=lambda one: one.score)
-        return self._sized(order[:_KEPT_SETS])
+        order = sorted(best.values(), key=lambda one: one.score)[:_KEPT_SETS]
+        return self._sized(order), [one.score for one in order]
 
     def _basis(self, fit: Fit) -> FloatArray:
         """Orthonormal directions in which the fit can still move, on the thinned rows."""
@@ -360,13 +374,15 @@ def _compete(run: _Competition) -> Competition:
     firsts = singles[:_FIRSTS]
     size = 2
     while misfit(best.judged) > AT_FLOOR * fitter.perfect and size <= _MOST_EFFECTS and firsts:
-        sets = run.sets_upon(firsts)
+        sets, promised = run.sets_upon(firsts)
         if size == 2:
             keys = {frozenset(one.names) for one in sets}
-            extra = [v for v in run.pairs_of_responses() if frozenset(v) not in keys]
-            sets += run.map(fitter.evaluate, extra[:_KEPT_RESPONSES])
+            pairs = [one for one in run.pairs_of_responses() if frozenset(one[1]) not in keys]
+            del pairs[_KEPT_RESPONSES:]
+            sets += run.map(fitter.evaluate, [values for _, values in pairs])
+            promised += [left for left, _ in pairs]
         report(f"sets of {size}", 0.6 + 0.1 * (size - 1))
-        fitted = run.best_of(sets)
+        fitted = run.best_of(sets, promised)
         report(f"sets of {size}", 0.65 + 0.1 * (size - 1))
         pool += fitted
         best = _simplified(run, fitted[0])
