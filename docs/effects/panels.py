@@ -1,0 +1,112 @@
+"""What the panels of the pictures can show, by name: a label, and the signal of a run."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ecyl_ros.drive.parameters import DriveParameters
+from ecyl_ros.gap.evidence import ReplayEvidence, Smoother
+from ecyl_ros.recording.signals import Recording
+
+FloatArray = NDArray[np.float64]
+SPECTRUM = "spectrum"  # in place of a coordinate
+
+
+@dataclass(frozen=True)
+class Run:
+    """A recording and what the nominal model leaves of it.
+
+    simulated: the replay's signals by name. voltage_v: what the winding's equation leaves of the
+    commanded voltage.
+    """
+
+    recording: Recording
+    evidence: ReplayEvidence
+    simulated: dict[str, FloatArray]
+    voltage_v: FloatArray
+
+    @property
+    def drive(self) -> DriveParameters:
+        """The nominal model."""
+        return self.evidence.drive
+
+
+TRACES = {
+    "current": ("current i_q / A", lambda run: run.recording.current_q_a),
+    "voltage": ("voltage u_q / V", lambda run: run.recording.voltage_q_v),
+    "parting": (
+        "rod less rotor / mrad",
+        lambda run: (
+            (
+                run.recording.rod_position_m / run.drive.transmission.rod_per_rotor
+                - run.recording.rotor_position_rad
+            )
+            * 1e3
+        ),
+    ),
+    "current_gap": (
+        "current off the model / A",
+        lambda run: run.recording.current_q_a - run.simulated["current_q"],
+    ),
+    "voltage_gap": (
+        "voltage off the model / V",
+        lambda run: run.recording.voltage_q_v - run.simulated["voltage_q"],
+    ),
+    "speed_gap": (
+        "speed off the model / (rad/s)",
+        lambda run: run.recording.rotor_velocity_rad_per_s - run.simulated["rotor_velocity"],
+    ),
+    "rod_gap": (
+        "rod off the model / µm",
+        lambda run: (run.recording.rod_position_m - run.simulated["rod_position"]) * 1e6,
+    ),
+}
+
+
+def _against_motion(run: Run) -> FloatArray:
+    speed = run.evidence.rotor_speed_rad_s
+    moving = np.abs(speed) > 0.02 * np.max(np.abs(speed))
+    return np.where(moving, -run.evidence.torque_nm * np.sign(speed), np.nan)
+
+
+LEFT = {
+    "torque": ("torque not in the model / N m", lambda run: run.evidence.torque_nm),
+    "drag": ("drag not in the model / N m", _against_motion),
+    "voltage": ("voltage not in the model / V", lambda run: run.voltage_v),
+    "rod": ("rod off the model / mrad", lambda run: run.evidence.rod_error_rad * 1e3),
+    "current": ("current off the model / A", lambda run: run.evidence.current_error_a),
+    "recorded_current": ("current recorded / A", lambda run: run.recording.current_q_a),
+    "recorded_voltage": ("voltage recorded / V", lambda run: run.recording.voltage_q_v),
+}
+
+
+def _turns(angle: FloatArray) -> FloatArray:
+    return np.mod(angle / (2.0 * np.pi), 1.0)
+
+
+def _acceleration(run: Run) -> FloatArray:
+    return Smoother(run.evidence.time_s)(run.evidence.rotor_speed_rad_s, 1)
+
+
+OVER = {
+    "speed": ("rotor speed / (rad/s)", lambda run: run.evidence.rotor_speed_rad_s),
+    "position": ("rod position / mm", lambda run: run.recording.rod_position_m * 1e3),
+    "rotor": ("turn of the rotor", lambda run: _turns(run.evidence.rotor_angle_rad)),
+    "screw": (
+        "turn of the screw",
+        lambda run: _turns(run.evidence.rotor_angle_rad / run.drive.transmission.gear_ratio),
+    ),
+    "current": ("current i_q / A", lambda run: run.evidence.current_a),
+    "command": ("commanded voltage u_q / V", lambda run: run.evidence.voltage_v),
+    "motor": (
+        "motor torque / N m",
+        lambda run: run.drive.motor.torque_constant * run.evidence.current_a,
+    ),
+    "acceleration": ("rotor acceleration / (rad/s^2)", _acceleration),
+    "model_current": ("current of the model / A", lambda run: run.simulated["current_q"]),
+    "model_voltage": ("voltage of the model / V", lambda run: run.simulated["voltage_q"]),
+    "time": ("time / s", lambda run: run.evidence.time_s),
+}
