@@ -50,7 +50,8 @@ def _wanted(figure: Figure) -> str:
     return f"{'>=' if figure.at_least else '<='} {bound}"
 
 
-def _figure_rows(rows: Sequence[Figure]) -> list[str]:
+def figure_rows(rows: Sequence[Figure]) -> list[str]:
+    """Figures beside what is wanted of them, a line each below a head."""
     lines = [f"{'':34}{'':>9}{'of':>12}   {'95 %':<12} {'wanted':<9}"]
     for figure in rows:
         of = f"{figure.right}/{figure.count}" if figure.right is not None else f"{figure.count}"
@@ -112,7 +113,7 @@ def study_text(
     """Figures, effects, calibration, baselines, and every case that was not judged rightly."""
     judged: list[Judged] = list(zip(cases, outcomes, strict=True))
     rows = figures(judged, drive)
-    blocks = [_figure_rows(rows)]
+    blocks = [figure_rows(rows)]
     if scored["by_effect"]:
         blocks.append(_effect_rows(scored["by_effect"]))
     blocks.append(_calibration_rows(scored["calibration"]))

@@ -20,11 +20,12 @@ from .terms import Catalogue, Term
 
 LEAST_GAIN = 0.12  # of the squared residual above the floor
 SURE = 2.5  # standard errors over the stretches, fitted ones
-_HELD_SURE = 1.5  # the same on the held-out ones, which are fewer
+_HELD_SURE = 1.3  # the same on the held-out ones, which are fewer: two clear passes, not one
 _SIMPLER = 0.85  # share of the best gain with which a simpler effect goes first
 _MOST = 8  # terms in a set
 _AT_FLOOR = 0.5  # share of the squared residual that may be explained even at the floor
 _WORST = 6.0  # times the median stretch: what one stretch counts at the most
+LATE = 1.5  # sampling periods: less between effort and motion is that of sampling and holding
 _SAME = 5  # periodic terms of one kind
 # Where two do nearly as well with as many parameters: what is common before what is rare.
 _RARE = {
@@ -89,6 +90,7 @@ class _Run:
         self.balance, self.catalogue, self.floor = balance, catalogue, floor
         self.barred = set(without)
         self.progress = progress
+        self.late_s = LATE / balance.motion.rate_hz
         self.fits = 0
         self.unknown = catalogue.unknown()
         self.tried: dict[str, float] = {}
@@ -161,6 +163,7 @@ class _Run:
             one
             for one in found
             if one.effect not in self.barred
+            and not self.barred.intersection(_contained(one))  # which would bring it back in
             and (one.effect not in held or one.effect in several)
             and one.effect not in finer
         ]
@@ -186,6 +189,8 @@ class _Run:
         for one in candidates:
             # A look at the plain fit first: what takes off little there need not be validated.
             plain = self._fit(self._with(chosen, one))
+            if one.key == "delay" and float(plain.of(one)[0]) <= self.late_s:
+                continue
             quick = np.minimum(balance.costs(plain, current.scale, balance.fitted), cap)
             if float(np.mean(now)) - float(np.mean(quick)) < 0.5 * LEAST_GAIN * surplus:
                 continue
@@ -332,6 +337,11 @@ class _Run:
                     found.append(self._fit(self._with(rest, one)))
         found.sort(key=self._held_rms)
         return tuple(found[:12])
+
+
+def _contained(one: Term) -> tuple[str, ...]:
+    """Effects that a term can take the place of: levels by direction hold a constant load, too."""
+    return (*one.refines, "constant_load") if one.key == "by_direction" else one.refines
 
 
 def _cap(costs: FloatArray) -> float:

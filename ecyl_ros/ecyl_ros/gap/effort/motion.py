@@ -31,7 +31,8 @@ _LEAST_SAMPLES = 1500  # to compare, so that steps of friction are seen in smoot
 _NOISE = 0.05  # share of the acceleration's power that may be noise
 _HUGE = 1e12  # in SI: larger values are no measurement
 _LONGEST_GAP = 5  # missing samples in a row that are bridged
-_SETTLE = 1.0  # periods of the bandwidth's frequency left out at ends and gaps
+_SETTLE = 1.0  # periods of the bandwidth's frequency left out at gaps
+_ENDS = 4.0  # the same at the ends, beyond which the low-passes have to guess how it moved
 _MOST_BENT, _JUMP = 0.999, 3.0  # of the second differences; beyond so many times it is a jump
 _EVEN = 0.02  # steps of the stamps may differ by this share and still be called even
 
@@ -171,6 +172,8 @@ def motion_of(
         smooth = _low_passed(sos, position)
         velocity = np.gradient(smooth, 1.0 / rate)
     settle = max(3, round(_SETTLE * rate / bandwidth))
+    ends = min(max(settle, round(_ENDS * rate / bandwidth)), grid.size // 20)
+    usable[:ends] = usable[grid.size - ends :] = False
     return Motion(
         time_s=grid,
         position=smooth,

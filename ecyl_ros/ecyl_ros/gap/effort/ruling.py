@@ -14,13 +14,14 @@ from ...effects.catalogue import CATALOGUE
 from ..diagnosis import BoolArray, Cause, FittedParameter
 from ..verdict import EXPLAINED_SHRINK, NAMED, NO_GAP_RATIO, STRUCTURELESS
 from .balance import Balance, Interval, Solution
-from .compete import Contest
+from .compete import LATE, Contest
 from .floor import white_floor
 from .terms import Catalogue, Term
 
 # Share of the gap that must be gone for anything to be named. Less than in replay: the floor of a
 # real drive is what its best model could reach at all, and friction alone rarely gets there.
-_HELPS = 0.25
+_HELPS = 0.5
+_CLOSE, _HELPS_CLOSE = 5.0, 0.25  # the same where no more than so many floors are left
 _BLOCKS = {"gravity_on_arm": "load"}
 _WANDERS = 0.05  # share of the effort that may not repeat where there is to be no gap
 _CERTAIN = 0.97  # the most that a cause found by effort is believed
@@ -28,7 +29,6 @@ _LEAST = 0.2  # a cause less sure than this is named only if without it (or its 
 _MISSED = 0.1  # ... so large a share of the gap comes back
 _SMALL = 0.03  # share of the gap that an effect has to take off to be named
 _ALIKE = 1.02  # sets that leave so much at the most cannot be told apart
-_LATE = 1.5  # sampling periods: less between effort and motion is that of sampling and holding
 _SLOW = 3.0  # times the speed over which the sign of the speed is softened
 _SMEARED = 0.75  # periods of the bandwidth over which the filter spreads what happens at rest
 _ENOUGH = 0.5  # share of the judged samples that has to be in motion
@@ -109,8 +109,12 @@ class Judgement:
         delay = self.catalogue.delay(base.explained(self.balance.nominal))
         delay = dataclasses.replace(delay, low=(-math.inf,))
         fit = self.balance.fit([*base.terms, delay])
-        near = abs(float(fit.of(delay)[0])) <= _LATE / self.motion.rate_hz
+        near = abs(float(fit.of(delay)[0])) <= LATE / self.motion.rate_hz
         return min(before, self.rms(fit)) if near else before
+
+    def _helps(self, before: float, best: float, surplus: float) -> bool:
+        close = best <= _CLOSE * self.floor
+        return before - best >= (_HELPS_CLOSE if close else _HELPS) * surplus
 
     def rule(self) -> Ruling:
         """Decide what is named. Call once."""
@@ -126,12 +130,12 @@ class Judgement:
                 f"{100.0 * self.floor / self.spread:.0f} % of the {self.motion.effort_name} does "
                 "not repeat with the motion: it depends on something that was not recorded"
             )
-        helps = before - best >= _HELPS * surplus
+        helps = self._helps(before, best, surplus)
         named = bool(causes) and helps and not no_gap
         if named and any(self._unsure(one) for one in contest.order):
             causes = self._sure_ones(causes, before, surplus)
             contest, best = self.contest, self.rms(self.contest.winner)
-            named = bool(causes) and before - best >= _HELPS * surplus
+            named = bool(causes) and self._helps(before, best, surplus)
         if causes and not named and not no_gap:
             tried = ", ".join(one.title for one in causes)
             self.notes.append(f"closest in the catalogue, but too unsure to be named: {tried}")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.signal import find_peaks
 
 from ..diagnosis import FloatArray
@@ -14,6 +15,7 @@ from .terms import Catalogue
 _MOST = 3  # peaks tried
 _POINTS = 8_000_000  # sines of one scan at the most
 _LEAST_PERIODS = 4.0  # within the travel or the time
+_OWN_LINE = 0.03  # share of the motion's power that makes a frequency its own
 _PLACES = 60  # along the travel that a window can begin and end at
 _NARROW, _WIDE = 2, 24  # widths of a window, in places
 
@@ -104,10 +106,23 @@ def frequencies(balance: Balance, residual: FloatArray) -> list[float]:
     spacing = 0.3 / length
     rates = np.arange(lowest, highest, max(spacing, (highest - lowest) / limit)) * math.tau
     weight = np.ones(rows.size)
-    return [
-        _refined(values, time, rate, spacing * math.tau, weight) / math.tau
+    found = [
+        _refined(values, time, rate, spacing * math.tau, weight)
         for rate in _peaks(values, time, rates, weight, _MOST)
     ]
+    return [rate / math.tau for rate in found if not _moves(balance, rows, time, rate)]
+
+
+def _moves(balance: Balance, rows: NDArray[np.int64], time: FloatArray, rate: float) -> bool:
+    """Whether the motion itself has a line there: what depends on it then has one, too."""
+    motion = balance.motion
+    at = motion.rows[rows]
+    weight = np.ones(rows.size)
+    for values in (motion.position[at], motion.velocity[at], motion.acceleration[at]):
+        share = _power(values - values.mean(), time, np.array([rate]), weight)
+        if float(share[0]) > _OWN_LINE:
+            return True
+    return False
 
 
 def _refined(

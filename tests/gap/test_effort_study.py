@@ -1,0 +1,117 @@
+"""Rigid drives of other equations with hidden faults: what the diagnosis by effort finds."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from ecyl_ros.gap.effort.study.cases import Case, draw, faults, play, seal
+from ecyl_ros.gap.effort.study.equations import STEP_S, Truth, run
+from ecyl_ros.gap.effort.study.score import Outcome, diagnosed, none_wrong
+
+
+@pytest.fixture(scope="module")
+def judged() -> list[tuple[Case, Outcome]]:
+    """24 cases, diagnosed."""
+    return [(case, diagnosed(case)) for case in draw(24, 3)]
+
+
+def test_hidden_faults_are_named_first(judged) -> None:
+    """Of the single faults at least nine in ten are the first cause named."""
+    right = [out.named[:1] == [case.effect] for case, out in judged if case.kind == "single"]
+    assert len(right) >= 10 and np.mean(right) >= 0.9
+
+
+def test_healthy_drives_raise_no_alarm(judged) -> None:
+    """A drive without a fault has no gap, whatever its friction's law, its noise and its loop."""
+    clean = [(case.index, out.diagnosis.verdict) for case, out in judged if case.kind == "none"]
+    assert clean and all(verdict == "no_gap" for _, verdict in clean), clean
+
+
+def test_with_the_cause_out_of_reach_a_gap_is_said(judged) -> None:
+    """Left out of the answer, a fault still shows as a gap, and most are not given another name."""
+    barred = [(case, out) for case, out in judged if case.kind == "withheld"]
+    assert barred and all(out.diagnosis.verdict != "no_gap" for _, out in barred)
+    assert all(case.effect not in out.named for case, out in barred)
+    assert sum(none_wrong(case, out) for case, out in barred) >= len(barred) - 1
+
+
+def test_draws_hold_every_kind_and_repeat(judged) -> None:
+    """One seed, one hash; both outputs, every actuation, loops known and not; faults in turn."""
+    cases = draw(60, 5)
+    assert seal(cases) == seal(draw(60, 5)) != seal(draw(60, 6))
+    assert {one.linear for one in cases} == {one.loop for one in cases} == {True, False}
+    assert {one.actuation for one in cases} == {"force", "torque", "current", "loop"}
+    assert {one.effect for one in cases if one.linear} >= set(faults(True))
+    recording, machine = play(cases[0])
+    again, _ = play(cases[0])
+    assert machine.kind == "rigid"
+    name = "rod_position_m" if cases[0].linear else "rotor_position_rad"
+    assert np.array_equal(recording.signal(name), again.signal(name))
+
+
+def test_the_drawn_machines_obey_their_equations() -> None:
+    """Cogging, spring, disturbance and friction of a bristle: scipy's RK45 goes the same way."""
+    none = (0.0, 0.0, 0.0)
+    truth = Truth(
+        inertia=20.0,
+        viscous=(30.0, 50.0),
+        coulomb=(6.0, 9.0),
+        static=0.0,
+        stribeck=1.0,
+        drift_per_s=0.0,
+        carried=0.0,
+        jam=none,
+        cogging=(4.0, 500.0, 0.7),
+        gravity=none,
+        ripple=none,
+        sine=(3.0, 25.0, 0.2),
+        constant=2.0,
+        stiffness=300.0,
+        presliding=2e-4,
+        delay_steps=0,
+        gain=1.0,
+        position_kp=0.0,
+        speed_kp=400.0,
+        speed_ki=0.0,
+        limit=1e9,
+        control_steps=round(1e-3 / STEP_S),
+    )
+    ticks = 300
+    wanted = 0.2 * np.sin(9.0 * np.arange(ticks) * 1e-3)
+    rows = run(truth, np.zeros(ticks), wanted, np.zeros(ticks), 0.0)
+    state = np.zeros(3)
+    off = 0.0
+    for tick in range(ticks):
+        off = max(off, abs(state[0] - rows[tick, 3]))
+        command = rows[tick, 2]
+
+        def slope(t: float, s: np.ndarray, u: float = command) -> list[float]:
+            q, v, z = s
+            way = 0 if v >= 0.0 else 1
+            load = 2.0 + 300.0 * q + 4.0 * np.sin(500.0 * q + 0.7) + 3.0 * np.sin(25.0 * t + 0.2)
+            friction = (30.0, 50.0)[way] * v + (6.0, 9.0)[way] * z
+            return [v, (u - load - friction) / 20.0, (v - abs(v) * z) / 2e-4]
+
+        span = (tick * 1e-3, (tick + 1) * 1e-3)
+        state = solve_ivp(slope, span, state, "RK45", rtol=1e-6, atol=1e-9).y[:, -1]
+    assert np.ptp(rows[:, 3]) > 0.005
+    assert off < 2e-3 * np.ptp(rows[:, 3])
+
+
+def test_the_command_prints_the_figures() -> None:
+    """`python -m ecyl_ros.gap.effort.study` prints the hash first, then the table."""
+    done = subprocess.run(
+        [sys.executable, "-m", "ecyl_ros.gap.effort.study", "--cases", "2", "--seed", "1"],
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=True,
+    )
+    lines = done.stdout.splitlines()
+    assert lines[0].endswith(seal(draw(2, 1)))
+    assert "single: named first" in done.stdout and "no gap: no false alarm" in done.stdout
