@@ -1,6 +1,6 @@
 """Map files: which field of a foreign recording is which signal, in which unit, by which clock.
 
-A map file is YAML (docs/recordings.md tells how to write one, `ecyl inspect` proposes one):
+A map file is YAML (docs/recordings.md tells how to write one, `ecyl inspect` proposes one)::
 
     stamp: header                 # or bag; header where a message has one, unless told
     joint: cylinder               # of every signal that names none

@@ -1,0 +1,85 @@
+"""The documentation as HTML: `python docs/site/build.py OUT`. Warnings are errors.
+
+Pages in Markdown and the reference of all public modules, from their docstrings.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import sys
+import tempfile
+import warnings
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+PACKAGES = {
+    "ecyl_ros": ROOT / "ecyl_ros" / "ecyl_ros",
+    "rclpy_cyclone": ROOT / "rclpy_cyclone" / "src" / "rclpy_cyclone",
+    "rclpy": ROOT / "rclpy_cyclone" / "src" / "rclpy_cyclone" / "served" / "rclpy",
+}
+# Pages, and what they link to.
+PAGES = (
+    "README.md",
+    "bags/*",
+    "docs/**/*.*",
+    "ecyl_ros/ecyl_ros/effects/*.py",
+    "rclpy_cyclone/README.md",
+)
+
+
+def _refusals(folder: Path) -> list[str]:
+    """Modules that only say that they are not offered: they cannot be imported."""
+    return [
+        str(path)
+        for path in folder.rglob("*.py")
+        if path.read_text(encoding="utf-8").startswith('"""Not offered: importing')
+    ]
+
+
+def main(out: Path) -> int:
+    """Build into `out`; 0 if nothing was complained of."""
+    # Kernels are documented as the functions they are compiled from.
+    warnings.filterwarnings("ignore", message=".* is deprecated. Use", module="sphinx")
+    os.environ["NUMBA_DISABLE_JIT"] = "1"
+    sys.path[:0] = sorted({str(folder.parent) for folder in PACKAGES.values()})
+    from sphinx.cmd.build import main as build
+    from sphinx.ext.apidoc import main as list_modules
+
+    shutil.rmtree(out, ignore_errors=True)
+    with tempfile.TemporaryDirectory() as name:
+        source = Path(name) / "source"
+        source.mkdir()
+        for path in (path for pattern in PAGES for path in ROOT.glob(pattern)):
+            copy = source / path.relative_to(ROOT)
+            copy.parent.mkdir(parents=True, exist_ok=True)
+            shutil.copy(path, copy)
+        for file in ("index.md", "conf.py"):
+            shutil.copy(ROOT / "docs" / "site" / file, source)
+        for package, folder in PACKAGES.items():
+            listing = ["-q", "--module-first", "--separate", "--no-toc", "-o", str(source / "api")]
+            list_modules([*listing, str(folder), str(folder / "served"), *_refusals(folder)])
+            if not (source / "api" / f"{package}.rst").exists():
+                raise FileNotFoundError(f"{folder}: holds no modules")
+        trees = str(Path(name) / "trees")
+        return build(
+            [
+                "-q",
+                "-W",
+                "--keep-going",
+                "-j",
+                "auto",
+                "-b",
+                "html",
+                "-d",
+                trees,
+                str(source),
+                str(out),
+            ]
+        )
+
+
+if __name__ == "__main__":
+    if len(sys.argv) != 2:
+        sys.exit(__doc__)
+    sys.exit(main(Path(sys.argv[1]).absolute()))

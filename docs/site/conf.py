@@ -1,0 +1,78 @@
+"""Sphinx settings of the documentation; docs/site/build.py uses them."""
+
+from __future__ import annotations
+
+import re
+
+project = "ecyl_ros"
+author = "The ecyl_ros founders"
+extensions = [
+    "myst_parser",
+    "sphinx.ext.autodoc",
+    "sphinx.ext.napoleon",
+    "sphinx.ext.viewcode",
+]
+root_doc = "index"
+include_patterns = [
+    "index.md",
+    "README.md",
+    "api/**",
+    "bags/README.md",
+    "docs/*.md",
+    "docs/effects/*.md",
+    "docs/field/*.md",
+    "rclpy_cyclone/README.md",
+]
+myst_heading_anchors = 4
+default_role = "code"  # `name` in a docstring is code, as in Markdown
+napoleon_numpy_docstring = False
+napoleon_use_ivar = True
+autodoc_member_order = "bysource"
+html_theme = "alabaster"
+html_theme_options = {"page_width": "1100px", "sidebar_width": "240px"}
+# A word like `type` in a signature is the built-in, whatever attributes have that name.
+suppress_warnings = ["ref.python"]
+html_title = "ecyl_ros"
+
+
+def _markdown_bars(app, what, name, subject, options, lines):  # type: ignore[no-untyped-def]
+    """What bars mean in a docstring: rows of a table, or |x|, an absolute value."""
+    rows: list[str] = []
+    out: list[str] = []
+    for line in [*lines, ""]:
+        if line.startswith("|") and line.endswith("|") and line.count("|") > 2:
+            rows.append(line)
+            continue
+        if rows:
+            cells = [[cell.strip() for cell in row.strip(" |").split("|")] for row in rows]
+            out += [".. list-table::", "   :header-rows: 1", ""]
+            for row in [cells[0], *cells[2:]]:
+                out += [f"   {'  -' if index else '* -'} {cell}" for index, cell in enumerate(row)]
+            rows = []
+        out.append(line.replace("|", r"\|"))
+    lines[:] = out
+
+
+def _fields_apart(app, what, name, subject, options, lines):  # type: ignore[no-untyped-def]
+    """`a, b: words` describes two parameters or attributes alike; Sphinx takes `a,` for a type."""
+    out: list[str] = []
+    index = 0
+    while index < len(lines):
+        found = re.match(r":(ivar|param) (\w+(?:, \w+)+):(.*)", lines[index])
+        last = index + 1
+        while last < len(lines) and lines[last].startswith(" "):
+            last += 1
+        if found is None:
+            out += lines[index:last]
+        else:
+            for one in found[2].split(", "):
+                out += [f":{found[1]} {one}:{found[3]}", *lines[index + 1 : last]]
+        index = last
+    lines[:] = out
+
+
+def setup(app):  # type: ignore[no-untyped-def]
+    """Sphinx calls this."""
+    # After napoleon, which makes the fields and would take the backslashes for its own.
+    app.connect("autodoc-process-docstring", _fields_apart, priority=900)
+    app.connect("autodoc-process-docstring", _markdown_bars, priority=900)
