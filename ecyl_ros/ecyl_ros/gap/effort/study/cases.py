@@ -165,6 +165,8 @@ def play(case: Case) -> tuple[Recording, Machine]:
     )
     effort = inertia * acceleration
     bandwidth = math.tau * float(rng.uniform(15.0, 30.0))
+    if case.effect == "actuation_delay":  # in a faster loop it would be a drive that runs away
+        bandwidth *= 0.4
     gain = float(rng.uniform(2.0, 30.0)) if linear else float(rng.uniform(0.05, 0.5))
     friction = float(rng.uniform(0.02, 0.08)) * effort
     nominal = Truth(
