@@ -13,7 +13,7 @@ def _modules() -> dict[str, ModuleType]:
     found = {}
     package = __package__ or ""
     for info in pkgutil.iter_modules(importlib.import_module(package).__path__):
-        if info.name in ("catalogue", "describe", "effect", "ports", "starts"):
+        if info.name in ("catalogue", "effect", "ports", "starts"):
             continue
         module = importlib.import_module(f"{package}.{info.name}")
         effect = getattr(module, "EFFECT", None)

@@ -7,8 +7,19 @@ from collections.abc import Mapping
 import numpy as np
 
 from ..drive.parameters import DriveParameters
-from .effect import Effect, Quantity
-from .starts import multiples
+from .effect import Effect, Evidence, Quantity, Start
+from .starts import multiples, regress
+
+_AT = multiples("lead_m", lambda evidence: evidence.drive.transmission.lead, (0.97, 1.03))
+
+
+def starts(evidence: Evidence) -> list[Start]:
+    """The slope of the rod's error over the rotor angle; without a rod 3 % either way."""
+    angle = evidence.rotor_angle_rad
+    slope, _ = regress(evidence.rod_error_rad, angle, np.ones_like(angle))
+    seen = [1.0 + float(slope)] if slope != 0.0 else []
+    lead = evidence.drive.transmission.lead
+    return [*({"lead_m": lead * one} for one in seen), *_AT(evidence)]
 
 
 def modify(record: np.ndarray, values: Mapping[str, float], drive: DriveParameters) -> None:
@@ -31,11 +42,7 @@ EFFECT = Effect(
             meaning="true rod travel per screw revolution",
         ),
     ),
-    starts=multiples(
-        "lead_m",
-        lambda evidence: evidence.drive.transmission.lead,
-        (0.97, 1.03),
-    ),
+    starts=starts,
     modify=modify,
     neutral=lambda drive: drive.transmission.lead,
 )

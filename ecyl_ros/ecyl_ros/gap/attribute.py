@@ -42,6 +42,7 @@ _SEARCHED_SETS = 3
 _FURTHER_SETS = 3  # searched besides where they promised less than the best search left
 _KEPT_RESPONSES = 4  # further sets from responses added up
 _MOST_EFFECTS = 3
+_SHAKES = 1.2  # times a perfect model's misfit, where an effect lets that much more noise through
 _STRIDE = 5  # responses are added up on every fifth sample
 
 Job = TypeVar("Job")
@@ -342,8 +343,17 @@ def _simplified(run: _Competition, best: Fit) -> Fit:
     return best
 
 
-def earns(with_it: Fit, without: Fit, perfect: float) -> bool:
+def at_noise(fitter: Fitter, fit: Fit) -> bool:
+    """Whether noise accounts for what the fit leaves, so that no further effect is needed."""
+    left = misfit(fit.judged)
+    return left <= AT_FLOOR * fitter.perfect or left <= AT_FLOOR * fitter.perfect_with(fit.values)
+
+
+def earns(fitter: Fitter, with_it: Fit, without: Fit) -> bool:
     """Whether the larger set lowers the misfit enough, on fitted and on held-out stretches."""
+    if without.names and at_noise(fitter, without):
+        return False
+    perfect = fitter.perfect_with(with_it.values)
     for after, before in ((with_it.fitted, without.fitted), (with_it.judged, without.judged)):
         floor = min(0.95 * perfect**2, after)
         if before - after < _LEAST or (after - floor) > _WORTH * (before - floor):
@@ -363,17 +373,21 @@ def compete(fitter: Fitter, nominal: Fit, names: Sequence[str], report: Report) 
 def _compete(run: _Competition) -> Competition:
     fitter, report = run.fitter, run.report
     singles = run.singles()
+    if any(fitter.perfect_with(one.values) > _SHAKES * fitter.perfect for one in singles[:_FIRSTS]):
+        # Noise in the loop moves this drive on average, too: replayed with it from here on.
+        fitter.replay.shake()
+        singles = run.singles()
     report("single effects", 0.6)
     winner = run.nominal
     rivals: list[Fit] = []
     pool = list(singles)
     best = _simplified(run, singles[0]) if singles else run.nominal
-    if singles and earns(best, run.nominal, fitter.perfect):
+    if singles and earns(fitter, best, run.nominal):
         winner = best
         rivals = [one for one in singles if one.names != best.names]
     firsts = singles[:_FIRSTS]
     size = 2
-    while misfit(best.judged) > AT_FLOOR * fitter.perfect and size <= _MOST_EFFECTS and firsts:
+    while not at_noise(fitter, best) and size <= _MOST_EFFECTS and firsts:
         sets, promised = run.sets_upon(firsts)
         if size == 2:
             keys = {frozenset(one.names) for one in sets}
@@ -386,7 +400,7 @@ def _compete(run: _Competition) -> Competition:
         report(f"sets of {size}", 0.65 + 0.1 * (size - 1))
         pool += fitted
         best = _simplified(run, fitted[0])
-        if not earns(best, winner, fitter.perfect):
+        if not earns(fitter, best, winner):
             break
         winner = best
         rivals = [one for one in fitted if set(one.names) != set(best.names)]
@@ -412,9 +426,7 @@ def _pruned(run: _Competition, winner: Fit, pool: Sequence[Fit]) -> tuple[Fit, d
     """Take out, one by one, what does not earn its place; with the fits that leave each one out."""
     while True:
         without = _leave_one_out(run, winner, pool)
-        idle = [
-            name for name, rest in without.items() if not earns(winner, rest, run.fitter.perfect)
-        ]
+        idle = [name for name, rest in without.items() if not earns(run.fitter, winner, rest)]
         if not idle or len(winner.names) == 0:
             return winner, without
         winner = min((without[name] for name in idle), key=lambda one: one.fitted)

@@ -72,7 +72,9 @@ def inconstancies(fit: Fit, fitter: Fitter) -> list[Inconstancy]:
     """For each effect of a fit the condition that its size changes most with, worst first."""
     replay = fitter.replay
     usable = replay.usable
-    surplus = float(robust_squares(fit.gap[:, usable]).mean()) - fitter.perfect**2
+    surplus = (
+        float(robust_squares(fit.gap[:, usable]).mean()) - fitter.perfect_with(fit.values) ** 2
+    )
     if surplus <= 0.0:
         return []
     parts = list(conditions(replay))
@@ -103,7 +105,7 @@ def without_stand_ins(
 ) -> tuple[Competition, tuple[Inconstancy, ...]]:
     """The competition with stand-ins taken out of its winner, and what gave them away."""
     winner = competition.winner
-    if not winner.names or misfit(winner.judged) <= _STRUCTURE * fitter.perfect:
+    if not winner.names or misfit(winner.judged) <= _STRUCTURE * fitter.perfect_with(winner.values):
         return competition, ()
     odd = tuple(one for one in inconstancies(winner, fitter) if one.gain > _STAND_IN)
     if not odd:
@@ -113,7 +115,7 @@ def without_stand_ins(
     if kept:
         start = fitter.evaluate({name: winner.values[name] for name in kept})
         fit = fitter.polish(start, _STEPS)
-        best = fit if earns(fit, best, fitter.perfect) else best
+        best = fit if earns(fitter, fit, best) else best
     without = leave_one_out(
         fitter, best, competition.nominal, lambda start: fitter.polish(start, _STEPS)
     )

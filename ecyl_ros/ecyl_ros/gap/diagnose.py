@@ -13,7 +13,7 @@ from ..drive.stability import check_stability
 from ..effects.catalogue import CATALOGUE
 from ..errors import InputError
 from ..recording.signals import Recording
-from .attribute import Competition, compete, misfit
+from .attribute import AT_FLOOR, Competition, compete, misfit
 from .block import unnamed_block
 from .constancy import Inconstancy, without_stand_ins
 from .diagnosis import Candidate, Cause, Diagnosis, FittedParameter, Series
@@ -119,12 +119,15 @@ def _assemble(
     def in_all(fit: Fit) -> float:
         return pooled(replay, np.array(ratios(fit, held)))
 
-    floor = pooled(replay, np.ones(len(replay.signals)))
+    white = pooled(replay, np.ones(len(replay.signals)))
     before = in_all(nominal)
-    place = standing(competition, fitter.perfect)
+    perfect = fitter.perfect_with(winner.values)
+    place = standing(competition, perfect)
     notes = [*replay.notes, *(_stand_in(one) for one in odd)]
     causes: list[Cause] = []
     chain = _steps(fitter, competition) if winner.names else []
+    noise = fitter.noise_with(winner.values)
+    floor = pooled(replay, noise)
     surplus = max(before - floor, 1e-12)
     if winner.names:
         order: list[str] = []
@@ -163,10 +166,21 @@ def _assemble(
             )
             previous = now
     named = bool(causes) and min(one.confidence for one in causes) >= NAMED
-    named = named and (before - in_all(winner)) >= HELPS * surplus
+    helps = (before - in_all(winner)) >= HELPS * (before - white)
+    # A few impacts that noise has moved may stand for most of the RMS, and hide what is gone.
+    helps = helps or (place.left <= AT_FLOOR and place.shrink >= HELPS)
+    named = named and helps
     if causes and not named:
         tried = ", ".join(one.title for one in causes)
         notes.append(f"closest in the catalogue, but too unlike to be named: {tried}")
+    if not named:
+        noise, floor = np.ones(len(replay.signals)), white
+        surplus = max(before - floor, 1e-12)
+    elif floor > white:
+        notes.append(
+            f"with {' and '.join(one.title for one in causes)} the loop makes more of the noise: "
+            f"a perfect model would leave {floor / white:.1f} times the noise of the sensors"
+        )
     final = winner if named else nominal
     after = in_all(final)
     shrink = max(0.0, min(1.0, (before - after) / surplus)) if named else 0.0
@@ -176,7 +190,7 @@ def _assemble(
         verdict, block = "no_gap", None
     elif not named:
         verdict, block = "unexplained", unnamed_block(competition, ports)
-    elif shrink >= EXPLAINED_SHRINK and misfit(winner.judged) / fitter.perfect <= STRUCTURELESS:
+    elif shrink >= EXPLAINED_SHRINK and misfit(winner.judged) / perfect <= STRUCTURELESS:
         verdict, block = "explained", causes[0].block
     else:
         verdict, block = "partly_explained", causes[0].block
@@ -188,7 +202,7 @@ def _assemble(
         drive=drive_name,
         verdict=verdict,
         block=block,
-        signals=by_signal(replay, nominal, final, held),
+        signals=by_signal(replay, nominal, final, noise, held),
         when=by_condition(replay, nominal.gap) if not no_gap else (),
         frequency_hz=by_frequency(replay, nominal.gap) if not no_gap else (),
         ports=ports,
@@ -215,7 +229,7 @@ def _assemble(
         replays=competition.replays,
         misfit_before=misfit(nominal.judged),
         misfit_after=misfit(final.judged),
-        misfit_perfect=fitter.perfect,
+        misfit_perfect=perfect if named else fitter.perfect,
         misfit_best=misfit(winner.judged),
         margin=place.margin,
         duration_s=float(replay.time_s[-1]),

@@ -24,6 +24,10 @@ _SHAPES = (0.25, 0.5, 2.0, 4.0)  # times a shape parameter at the start of its f
 _BRACKET = 0.8  # half width of a search along one parameter, in the fit's coordinates
 _NARROW = 0.03  # the same around what it found: the valley of a limit is a thousandth wide
 _SWEEPS = 2  # along size and phase of a periodic effect
+_NOISIEST = 4.0  # times a perfect model's misfit: no effect excuses more
+_AMPLIFIED = (
+    1.2  # times a perfect model's misfit: from here on effects are said to let noise through
+)
 _NEAR_FLOOR = 1.3  # times a perfect model's cost: no closer look needed
 _REACH = 60.0  # a fit may change a positive parameter by this factor either way
 _CONVERGED = 1e-5
@@ -144,6 +148,29 @@ class Fitter:
         self.rows = ~held & replay.usable
         # Robust misfit of a perfect model: 0.92 for white noise at the floor.
         self.perfect = math.sqrt(max(cost(replay.healthy, replay.usable), 0.85))
+
+    def perfect_with(self, values: Values) -> float:
+        """Robust misfit that a perfect model leaves with these effects, no less than without.
+
+        Some let noise through that the nominal drive keeps small: a load that sticks creeps as the
+        noise shakes it, a delay at the edge of stability rings.
+        """
+        if not values:
+            return self.perfect
+        left = cost(self.replay.healthy_with(values), self.replay.usable)
+        most = _NOISIEST * self.perfect
+        return min(max(self.perfect, math.sqrt(left)), most) if math.isfinite(left) else most
+
+    def noise_with(self, values: Values) -> FloatArray:
+        """RMS of what noise alone leaves of each signal on the held-out stretches, in floors.
+
+        float64[signals]: 1, but where it is clearly more on its way round the loop.
+        """
+        if self.perfect_with(values) <= _AMPLIFIED * self.perfect:
+            return np.ones(len(self.replay.signals))
+        healthy = self.replay.healthy_with(values)[:, self.held]
+        rms: FloatArray = np.maximum(1.0, np.sqrt(np.mean(healthy**2, axis=1)))
+        return np.minimum(rms, _NOISIEST)
 
     def evaluate(self, values: Mapping[str, Mapping[str, float]]) -> Fit:
         """What is left with given parameters."""

@@ -25,8 +25,13 @@ _CROWDED = 0.1  # share of stroke or time within which a gap counts as gathered
 _LINES = 3
 
 
-def by_signal(replay: Replay, before: Fit, after: Fit, rows: BoolArray) -> tuple[SignalGap, ...]:
-    """RMS of the gap before and after in each signal's unit, on `rows`."""
+def by_signal(
+    replay: Replay, before: Fit, after: Fit, noise: FloatArray, rows: BoolArray
+) -> tuple[SignalGap, ...]:
+    """RMS of the gap before and after in each signal's unit, on `rows`.
+
+    noise: float64[signals], RMS of what noise alone leaves, over the signals' floors.
+    """
     found = []
     for index, one in enumerate(replay.signals):
         known = rows & np.isfinite(replay.recorded[index])
@@ -35,7 +40,9 @@ def by_signal(replay: Replay, before: Fit, after: Fit, rows: BoolArray) -> tuple
             float(np.sqrt(np.mean(fit.gap[index, known] ** 2))) * floor if known.any() else 0.0
             for fit in (before, after)
         ]
-        found.append(SignalGap(one.name, one.unit, values[0], values[1], floor))
+        found.append(
+            SignalGap(one.name, one.unit, values[0], values[1], floor * float(noise[index]))
+        )
     return tuple(found)
 
 

@@ -64,6 +64,7 @@ _MOST_SUBSTEPS = (
 _ROUGHNESS_ORDER = 3
 _QUIET_COMMAND = 0.15  # floor of a command without noise, as a share of what noise would make it
 _LOUD = 0.3  # share of the stated noise in the loop from which on its way round is reckoned with
+_SHAKING_SEED = 0x5EED  # unlike those that drives are emulated with
 _ROUGHER = 1.5  # a signal may be this much noisier than stated
 _SETTLING_S = 0.3  # left out where the run does not begin at rest, or a long gap ends
 _LONG_GAP_S = 0.02  # a gap the loop notices when the reference is filled in by a spline
@@ -131,6 +132,7 @@ class Replay:
         healthy: float64[signals, n], in floors: what a perfect model would leave (one draw): noise,
             and what noise does round the loop, where it moves the instants at which flanks meet.
         loop_share: share of the stated noise that goes round the loop, as the command shows it.
+        shaken: whether noise goes round the loop of the replay, see `shake`.
         time_s: float64[n], from the recording's first stamp.
         usable: bool[n], False while the replay settles (not at rest at the start, long gaps).
         notes: what could not be used, one line each.
@@ -161,9 +163,10 @@ class Replay:
         self.floor = np.array([max(stated[one.name], 1e-30) for one in self.signals])
         # How much of the stated noise goes round the loop; all of it unless the command says less.
         self.loop_share = 1.0
+        self._shaking: tuple[DriveParameters, FloatArray] | None = None
         self._find_start()
         self.floor = self._settle_floor(stated)
-        self.healthy = self._healthy()
+        self.healthy = self.healthy_with({})
 
     def _check(self, recording: Recording) -> None:
         if len(recording) < 200:
@@ -337,20 +340,57 @@ class Replay:
         """All the engine's columns at the recording's stamps, float64[COLUMNS, n]."""
         return self._on_samples(self.run(effects))
 
-    def _healthy(self) -> FloatArray:
-        """One draw of what a perfect model would leave: noise, and what it does round the loop."""
+    def healthy_with(self, effects: Effects) -> FloatArray:
+        """One draw of what a model with `effects` would leave, were it perfect, in floors.
+
+        float64[signals, n]: noise, and what it does round the loop. White noise where the command
+        shows that little of it goes round.
+        """
         drawn = np.random.default_rng(1).standard_normal(self.recorded.shape)
-        if self.loop_share < _LOUD or not any(declared_noise(self.nominal).values()):
+        if not self.noise_in_loop:
             return drawn
-        noisy = self._on_samples(self.run({}, drive=self.nominal))
-        columns = noisy[[one.column for one in self.signals]]
-        left: FloatArray = (columns - self.simulate({})) / self.floor[:, None]
+        noisy = self._columns(effects, self.nominal)
+        left: FloatArray = (noisy - self.simulate(effects)) / self.floor[:, None]
         return left
+
+    @property
+    def noise_in_loop(self) -> bool:
+        """Whether enough of the stated noise goes round the recorded loop to be reckoned with."""
+        return self.loop_share >= _LOUD and any(declared_noise(self.nominal).values())
+
+    @property
+    def shaken(self) -> bool:
+        return self._shaking is not None
+
+    def shake(self) -> None:
+        """From now on simulate with noise in the loop.
+
+        A load that sticks is shaken loose by the noise of its own loop, and creeps where a silent
+        replay stays. How it creeps on average hardly depends on the draw of the noise; what this
+        draw does to the drive without effects is taken off again.
+        """
+        sensors = dataclasses.replace(
+            self.nominal.sensors,
+            **{
+                one.name: getattr(self.nominal.sensors, one.name) * self.loop_share
+                for one in dataclasses.fields(self.nominal.sensors)
+                if one.name.endswith("_noise")
+            },
+            noise_seed=_SHAKING_SEED,
+        )
+        drive = dataclasses.replace(self.nominal, sensors=sensors)
+        self._shaking = drive, self._columns({}, drive) - self._columns({})
+
+    def _columns(self, effects: Effects, drive: DriveParameters | None = None) -> FloatArray:
+        samples = self.run(effects, drive)
+        return self._on_samples(samples[:, [one.column for one in self.signals]])
 
     def simulate(self, effects: Effects) -> FloatArray:
         """What the model gives at the recording's stamps: float64[signals, n]."""
-        samples = self.run(effects)
-        return self._on_samples(samples[:, [one.column for one in self.signals]])
+        if self._shaking is None:
+            return self._columns(effects)
+        drive, alone = self._shaking
+        return self._columns(effects, drive) - alone
 
     def gap(self, effects: Effects) -> FloatArray:
         """Recorded less simulated over the noise floor, float64[signals, n]; 0 where not usable."""
