@@ -21,7 +21,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from ..effects.catalogue import CATALOGUE
+from ..effects.catalogue import CATALOGUE, MODULES
 from .evidence import gather
 from .fit import MEDIUM, Fit, Fitter, Values, robust_mean_square
 from .replay import FloatArray
@@ -43,6 +43,7 @@ _FURTHER_SETS = 3  # searched besides where they promised less than the best sea
 _KEPT_RESPONSES = 4  # further sets from responses added up
 _MOST_EFFECTS = 3
 _SHAKES = 1.2  # times a perfect model's misfit, where an effect lets that much more noise through
+_SHAKEN_LOOSE = 0.8  # times the least cost of a silent replay
 _STRIDE = 5  # responses are added up on every fifth sample
 
 Job = TypeVar("Job")
@@ -372,8 +373,12 @@ def compete(fitter: Fitter, nominal: Fit, names: Sequence[str], report: Report) 
 
 def _compete(run: _Competition) -> Competition:
     fitter, report = run.fitter, run.report
+    if _shaken_loose(run):
+        fitter.replay.shake()
     singles = run.singles()
-    if any(fitter.perfect_with(one.values) > _SHAKES * fitter.perfect for one in singles[:_FIRSTS]):
+    if not fitter.replay.shaken and any(
+        fitter.perfect_with(one.values) > _SHAKES * fitter.perfect for one in singles[:_FIRSTS]
+    ):
         # Noise in the loop moves this drive on average, too: replayed with it from here on.
         fitter.replay.shake()
         singles = run.singles()
@@ -409,6 +414,21 @@ def _compete(run: _Competition) -> Competition:
     winner, without = _pruned(run, _settled(run, winner), pool)
     rivals.sort(key=lambda one: one.judged)
     return Competition(run.nominal, tuple(singles), winner, tuple(rivals), without, run.replays)
+
+
+def _shaken_loose(run: _Competition) -> bool:
+    """Whether friction, shaken by noise in the loop, is nearer than any silent replay of it."""
+    replay = run.fitter.replay
+    if not replay.noise_in_loop:
+        return False
+    ports = ("rotor_friction", "load_friction")
+    names = [name for name in run.names if any(hasattr(MODULES[name], port) for port in ports)]
+    silent = run.starts(run.nominal, names, _STARTS)
+    replay.shake()
+    shaken = run.map(lambda one: run.fitter.evaluate(one.values), silent)
+    replay.calm()
+    nearest = min(one.fitted for one in [run.nominal, *silent])
+    return any(one.fitted < _SHAKEN_LOOSE * nearest for one in shaken)
 
 
 def _settled(run: _Competition, winner: Fit) -> Fit:

@@ -381,6 +381,10 @@ class Replay:
         drive = dataclasses.replace(self.nominal, sensors=sensors)
         self._shaking = drive, self._columns({}, drive) - self._columns({})
 
+    def calm(self) -> None:
+        """From now on simulate without noise, as at first."""
+        self._shaking = None
+
     def _columns(self, effects: Effects, drive: DriveParameters | None = None) -> FloatArray:
         samples = self.run(effects, drive)
         return self._on_samples(samples[:, [one.column for one in self.signals]])

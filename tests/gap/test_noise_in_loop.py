@@ -1,0 +1,93 @@
+"""Noise that goes round the loop, and what it does to a drive that friction holds at rest."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from ecyl_ros.drive.drive_file import load_drive
+from ecyl_ros.drive.engine import simulate
+from ecyl_ros.drive.reference.moves import plan_move
+from ecyl_ros.drive.telemetry import simulation_recording
+from ecyl_ros.gap.attribute import misfit
+from ecyl_ros.gap.diagnose import diagnose
+from ecyl_ros.gap.fit import Fitter
+from ecyl_ros.gap.replay import Replay
+from ecyl_ros.gap.split import held_out
+from ecyl_ros.recording.signals import Recording
+
+DRIVE = load_drive("bench")
+FRICTION = {"rotor_coulomb_friction": {"coulomb_nm": 0.1}}
+SECONDS = 12.0
+
+
+def _with_rests(effects) -> Recording:
+    """A run of the emulated drive, sensor noise in its loop: moves of 0.3 s, rests of 1.2 s."""
+    rate = DRIVE.sample_rate
+    wanted = np.zeros((round(SECONDS * rate) + 1, 2))
+    place = 0.0
+    for number, goal in enumerate((0.004, -0.003, 0.001, 0.006, -0.002, 0.003, -0.005)):
+        leg = plan_move(place, goal, 0.05, 1.0, 50.0)
+        begin = round((0.5 + 1.5 * number) * rate)
+        wanted[begin:, 0] = goal
+        for index in range(round(leg.duration * rate)):
+            position, velocity, _ = leg.at_time(index / rate)
+            wanted[begin + index] = position[0], velocity[0]
+        place = goal
+    sensors = dataclasses.replace(DRIVE.sensors, noise_seed=11)
+    drive = dataclasses.replace(DRIVE, effects=effects, sensors=sensors)
+    run = simulate(drive, lambda index: (wanted[index, 0], wanted[index, 1]), SECONDS)
+    return simulation_recording(run, drive)
+
+
+@pytest.fixture(scope="module")
+def stuck() -> Recording:
+    return _with_rests(FRICTION)
+
+
+def test_the_true_friction_fits_only_with_noise_in_the_loop(stuck: Recording) -> None:
+    """The true parameters leave over twice the noise in a silent replay, and noise in a shaken."""
+    replay = Replay(stuck, DRIVE, "stuck")
+    fitter = Fitter(replay, held_out(replay.time_s))
+    silent = misfit(fitter.evaluate(FRICTION).judged)
+    assert silent > 2.0 * fitter.perfect
+    assert fitter.perfect_with(FRICTION) > 1.5 * fitter.perfect  # noise alone would account for it
+    replay.shake()
+    assert misfit(fitter.evaluate(FRICTION).judged) < 1.3 * fitter.perfect
+
+
+def test_noise_in_the_loop_leaves_the_nominal_replay_as_it_was(stuck: Recording) -> None:
+    """What the noise does to the drive without effects is taken off again."""
+    replay = Replay(stuck, DRIVE, "stuck")
+    before = replay.gap({})
+    replay.shake()
+    np.testing.assert_allclose(replay.gap({}), before, atol=1e-6)
+
+
+def test_a_loop_without_noise_is_not_shaken() -> None:
+    """A recording whose command shows no sensor noise: a perfect model leaves white noise."""
+    quiet = dataclasses.replace(
+        DRIVE,
+        sensors=dataclasses.replace(
+            DRIVE.sensors, rotor_velocity_noise=0.0, rotor_position_noise=0.0, current_noise=0.0
+        ),
+        effects=FRICTION,
+    )
+    run = simulate(
+        quiet, lambda index: (1e-3 * np.sin(0.006 * index), 0.006 * np.cos(0.006 * index)), 6.0
+    )
+    replay = Replay(simulation_recording(run, quiet), DRIVE, "quiet")
+    assert not replay.noise_in_loop
+    fitter = Fitter(replay, held_out(replay.time_s))
+    assert fitter.perfect_with(FRICTION) == fitter.perfect
+
+
+@pytest.mark.slow
+def test_friction_that_noise_shakes_loose_is_named(stuck: Recording) -> None:
+    """Moves and rests with Coulomb friction: it alone is named, its level within 2 %."""
+    result = diagnose(stuck, DRIVE)
+    assert [one.effect for one in result.causes] == ["rotor_coulomb_friction"]
+    assert result.verdict == "explained" and result.shrink > 0.9
+    assert result.causes[0].parameters[0].value == pytest.approx(0.1, rel=0.02)
