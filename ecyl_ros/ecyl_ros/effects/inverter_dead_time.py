@@ -25,12 +25,12 @@ EFFECT = Effect(
     excitation="currents that cross zero, and a recorded voltage",
     parameters=(
         Quantity(name="voltage_v", unit="V", low=0.0, high=1e3, meaning="voltage lost"),
-        # Ripple and the switches' capacitance round the step off.
+        # Ripple and the switches' capacitance round the step off. A wider one is a resistance.
         Quantity(
             name="transition_a",
             unit="A",
             low=1e-4,
-            high=10.0,
+            high=0.3,
             meaning="current at which 76 % of the voltage is lost",
             default=0.05,
             nuisance=True,

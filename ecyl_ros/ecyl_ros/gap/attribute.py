@@ -25,6 +25,7 @@ from ..effects.catalogue import CATALOGUE, MODULES
 from .evidence import gather
 from .fit import MEDIUM, Fit, Fitter, Values, robust_mean_square
 from .replay import FloatArray
+from .ringing import Ringing
 
 AT_FLOOR = 1.14  # times a perfect model's misfit: a model this close needs no further effect
 _WORTH = 0.6  # a further effect must bring the square of the misfit's surplus below this share ...
@@ -42,8 +43,8 @@ _SEARCHED_SETS = 3
 _FURTHER_SETS = 3  # searched besides where they promised less than the best search left
 _KEPT_RESPONSES = 4  # further sets from responses added up
 _MOST_EFFECTS = 3
-_SHAKES = 1.2  # times a perfect model's misfit, where an effect lets that much more noise through
 _SHAKEN_LOOSE = 0.8  # times the least cost of a silent replay
+EXCUSED = 0.75  # of the gap must be gone before noise round the loop may excuse the rest
 _STRIDE = 5  # responses are added up on every fifth sample
 
 Job = TypeVar("Job")
@@ -105,6 +106,7 @@ class _Competition:
         scale = 3.0 + 3.0 * float(np.median(np.abs(thin)))
         self._weights = 1.0 / np.sqrt(1.0 + (thin / scale) ** 2)
         self._threads = threads
+        self._ringing = Ringing(fitter, self.map)
 
     def map(self, work: Callable[[Job], Fit], jobs: Iterable[Job]) -> list[Fit]:
         """Do fits side by side."""
@@ -122,6 +124,10 @@ class _Competition:
             for rank, start in enumerate(CATALOGUE[name].starts(evidence)[:most]):
                 if _possible(name, start):
                     jobs.append((name, dict(start), rank == 0))
+
+        for name in names:
+            if name not in base.values:
+                jobs += [(name, values[name], False) for values in self._ringing.starts(base, name)]
 
         def begin(job: tuple[str, dict[str, float], bool]) -> Fit:
             name, start, first = job
@@ -347,7 +353,16 @@ def _simplified(run: _Competition, best: Fit) -> Fit:
 def at_noise(fitter: Fitter, fit: Fit) -> bool:
     """Whether noise accounts for what the fit leaves, so that no further effect is needed."""
     left = misfit(fit.judged)
-    return left <= AT_FLOOR * fitter.perfect or left <= AT_FLOOR * fitter.perfect_with(fit.values)
+    if left <= AT_FLOOR * fitter.perfect:
+        return True
+    return gone(fitter, fit) >= EXCUSED and left <= AT_FLOOR * fitter.perfect_with(fit.values)
+
+
+def gone(fitter: Fitter, fit: Fit) -> float:
+    """Share of the squared misfit above a perfect nominal model's that a fit takes off."""
+    perfect = fitter.perfect**2
+    before = max(fitter.nominal.judged - perfect, 1e-9)
+    return 1.0 - max(fit.judged - perfect, 0.0) / before
 
 
 def earns(fitter: Fitter, with_it: Fit, without: Fit) -> bool:
@@ -376,12 +391,6 @@ def _compete(run: _Competition) -> Competition:
     if _shaken_loose(run):
         fitter.replay.shake()
     singles = run.singles()
-    if not fitter.replay.shaken and any(
-        fitter.perfect_with(one.values) > _SHAKES * fitter.perfect for one in singles[:_FIRSTS]
-    ):
-        # Noise in the loop moves this drive on average, too: replayed with it from here on.
-        fitter.replay.shake()
-        singles = run.singles()
     report("single effects", 0.6)
     winner = run.nominal
     rivals: list[Fit] = []

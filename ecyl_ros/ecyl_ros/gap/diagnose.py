@@ -13,7 +13,7 @@ from ..drive.stability import check_stability
 from ..effects.catalogue import CATALOGUE
 from ..errors import InputError
 from ..recording.signals import Recording
-from .attribute import AT_FLOOR, Competition, compete, misfit
+from .attribute import AT_FLOOR, EXCUSED, Competition, compete, gone, misfit
 from .block import unnamed_block
 from .constancy import Inconstancy, without_stand_ins
 from .diagnosis import Candidate, Cause, Diagnosis, FittedParameter, Series
@@ -71,7 +71,7 @@ def diagnose(
         )
     replay = Replay(recording, drive, source)
     fitter = Fitter(replay, held_out(replay.time_s))
-    nominal = fitter.evaluate({})
+    nominal = fitter.nominal
     tell = progress or (lambda share: None)
     tell(0.02)
     no_gap = at_floor(nominal, replay)
@@ -168,7 +168,7 @@ def _assemble(
     named = bool(causes) and min(one.confidence for one in causes) >= NAMED
     helps = (before - in_all(winner)) >= HELPS * (before - white)
     # A few impacts that noise has moved may stand for most of the RMS, and hide what is gone.
-    helps = helps or (place.left <= AT_FLOOR and place.shrink >= HELPS)
+    helps = helps or (place.left <= AT_FLOOR and gone(fitter, winner) >= EXCUSED)
     named = named and helps
     if causes and not named:
         tried = ", ".join(one.title for one in causes)

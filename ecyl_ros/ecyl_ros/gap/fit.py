@@ -6,6 +6,7 @@ import dataclasses
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from scipy.optimize import least_squares, minimize_scalar
@@ -148,6 +149,11 @@ class Fitter:
         self.rows = ~held & replay.usable
         # Robust misfit of a perfect model: 0.92 for white noise at the floor.
         self.perfect = math.sqrt(max(cost(replay.healthy, replay.usable), 0.85))
+
+    @cached_property
+    def nominal(self) -> Fit:
+        """The model without effects."""
+        return self.evaluate({})
 
     def perfect_with(self, values: Values) -> float:
         """Robust misfit that a perfect model leaves with these effects, no less than without.
