@@ -22,9 +22,10 @@ _SIGNALS = ("rotor_velocity", "current_q", "voltage_q", "rotor_position", "rod_p
 _WINDOW_S = 0.25
 _LOWEST_HZ = 20.0  # slower lines are those of the motion
 _LOUD = 4.0  # mean square of the gap above it, in floors, from which it is worth listening to
-_ALIKE = 0.5  # share of the nominal spectrum's unlikeness that a ringing replay leaves at the most
+_ALIKE = 0.7  # share of the nominal spectrum's unlikeness that a ringing replay leaves at the most
 # Delays to begin with, in control ticks; a loop begins to swing within a tenth of one.
 _GRID = np.concatenate([np.arange(0.3, 6.0, 0.1), np.geomspace(6.0, 24.0, 16)])
+_HOLLOWS = 3  # that are looked at more finely
 _FINER = 9
 _ROW = np.linspace(-0.02, 0.02, 41)  # around the best of them
 _CLOSE = np.linspace(-8e-4, 8e-4, 9)
@@ -85,17 +86,19 @@ class Ringing:
             return self._fitter.evaluate({**base.values, name: {quantity.name: float(delay)}})
 
         grid = _GRID * tick
-        centre = 0.0
-        for _ in range(2):
-            unlike = [self._unlike(one) for one in self._map(tried, grid)]
-            best = int(np.argmin(unlike))
-            if name not in self._heard:
-                self._heard[name] = unlike[best] < _ALIKE * self._unlike(self._fitter.nominal)
-            if not self._heard[name]:
-                return []
+        unlike = np.array([self._unlike(one) for one in self._map(tried, grid)])
+        if name not in self._heard:
+            nominal = self._unlike(self._fitter.nominal)
+            self._heard[name] = float(unlike.min()) < _ALIKE * nominal
+        if not self._heard[name]:
+            return []
+        around = np.pad(unlike, 1, constant_values=np.inf)
+        hollows = np.flatnonzero((unlike <= around[:-2]) & (unlike <= around[2:]))
+        finer: list[float] = []
+        for best in sorted(hollows, key=lambda index: float(unlike[index]))[:_HOLLOWS]:
             low, high = grid[max(best - 1, 0)], grid[min(best + 1, len(grid) - 1)]
-            centre = float(grid[best])
-            grid = np.linspace(low, high, _FINER)
+            finer += np.linspace(low, high, _FINER).tolist()
+        centre = finer[int(np.argmin([self._unlike(one) for one in self._map(tried, finer)]))]
         for offsets in (_ROW, _CLOSE):
             row = self._map(tried, centre * (1.0 + offsets))
             found = min(row, key=lambda one: one.fitted)
