@@ -94,8 +94,9 @@ class Ringing:
             return []
         around = np.pad(unlike, 1, constant_values=np.inf)
         hollows = np.flatnonzero((unlike <= around[:-2]) & (unlike <= around[2:]))
+        hollows = hollows[np.argsort(unlike[hollows])][:_HOLLOWS]
         finer: list[float] = []
-        for best in sorted(hollows, key=lambda index: float(unlike[index]))[:_HOLLOWS]:
+        for best in hollows.tolist():
             low, high = grid[max(best - 1, 0)], grid[min(best + 1, len(grid) - 1)]
             finer += np.linspace(low, high, _FINER).tolist()
         centre = finer[int(np.argmin([self._unlike(one) for one in self._map(tried, finer)]))]
