@@ -13,7 +13,6 @@ from scipy.optimize import nnls
 from scipy.stats import t as student
 
 from ..diagnosis import BoolArray, FloatArray
-from ..intervals import FORM
 from ..split import STRETCH_S
 from .motion import Motion
 from .terms import Term
@@ -22,6 +21,7 @@ HELD_OUT_EVERY = 3  # one stretch in so many is never fitted
 MOST_STRETCHES = 48  # what is left is correlated over time: more of them say no more
 _LOSS = 5.0  # residuals beyond so many robust standard deviations lose their weight (Cauchy)
 _ROUNDS = 6
+_FORM = 1e-3  # half width, as a share of the value, that no interval falls below
 
 
 class Interval(NamedTuple):
@@ -211,7 +211,7 @@ class Balance:
                     slopes[number, index] = (value - base[number][2]) / step
             for number, (name, unit, value) in enumerate(base):
                 spread = math.sqrt(max(float(slopes[number] @ part @ slopes[number]), 0.0))
-                half = math.hypot(quantile * spread, FORM * abs(value))
+                half = math.hypot(quantile * spread, _FORM * abs(value))
                 if name in term.fixed:
                     half = quantile * _rate_spread(term, name, value, base[0][2], part)
                 made.append(Interval(name, unit, value, value - half, value + half))

@@ -93,7 +93,7 @@ def _before_effects(text: str, entry: str) -> str:
     root = yaml.compose(text, Loader=yaml.SafeLoader)
     places: list[tuple[int, str]] = []
 
-    def visit(node: yaml.Node, depth: int) -> None:
+    def visit(node: yaml.Node | None, depth: int) -> None:  # None: an empty file
         if not isinstance(node, yaml.MappingNode) or depth > 2:
             return
         for key, value in node.value:
