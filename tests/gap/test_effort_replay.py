@@ -21,7 +21,6 @@ from ecyl_ros.gap.report.scrub import topic, write_scrub
 from ecyl_ros.gap.report.terminal import summary
 from ecyl_ros.recording.signals import Recording
 
-NONE = (0.0, 0.0, 0.0)
 MASS, SPEED_HZ = 20.0, 25.0
 KP = 2.0 * np.pi * SPEED_HZ / 4.0
 KV = MASS * 2.0 * np.pi * SPEED_HZ
@@ -29,20 +28,7 @@ HEALTHY = Truth(
     inertia=MASS,
     viscous=(0.0, 0.0),
     coulomb=(4.0, 4.0),
-    static=0.0,
-    stribeck=1.0,
-    drift_per_s=0.0,
-    carried=0.0,
-    jam=NONE,
-    cogging=NONE,
-    gravity=NONE,
-    ripple=NONE,
-    sine=NONE,
-    constant=0.0,
-    stiffness=0.0,
     presliding=1e-6,
-    delay_steps=0,
-    gain=1.0,
     position_kp=KP,
     speed_kp=KV,
     speed_ki=0.0,

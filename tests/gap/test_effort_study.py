@@ -56,25 +56,15 @@ def test_draws_hold_every_kind_and_repeat(judged) -> None:
 
 def test_the_drawn_machines_obey_their_equations() -> None:
     """Cogging, spring, disturbance and friction of a bristle: scipy's RK45 goes the same way."""
-    none = (0.0, 0.0, 0.0)
     truth = Truth(
         inertia=20.0,
         viscous=(30.0, 50.0),
         coulomb=(6.0, 9.0),
-        static=0.0,
-        stribeck=1.0,
-        drift_per_s=0.0,
-        carried=0.0,
-        jam=none,
         cogging=(4.0, 500.0, 0.7),
-        gravity=none,
-        ripple=none,
         sine=(3.0, 25.0, 0.2),
         constant=2.0,
         stiffness=300.0,
         presliding=2e-4,
-        delay_steps=0,
-        gain=1.0,
         position_kp=0.0,
         speed_kp=400.0,
         speed_ki=0.0,

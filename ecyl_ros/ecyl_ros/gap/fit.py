@@ -26,9 +26,7 @@ _BRACKET = 0.8  # half width of a search along one parameter, in the fit's coord
 _NARROW = 0.03  # the same around what it found: the valley of a limit is a thousandth wide
 _SWEEPS = 2  # along size and phase of a periodic effect
 _NOISIEST = 4.0  # times a perfect model's misfit: no effect excuses more
-_AMPLIFIED = (
-    1.2  # times a perfect model's misfit: from here on effects are said to let noise through
-)
+_AMPLIFIED = 1.2  # times a perfect model's misfit: from here on noise counts as amplified
 _NEAR_FLOOR = 1.3  # times a perfect model's cost: no closer look needed
 _REACH = 60.0  # a fit may change a positive parameter by this factor either way
 _CONVERGED = 1e-5
@@ -161,7 +159,7 @@ class Fitter:
         Some let noise through that the nominal drive keeps small: a load that sticks creeps as the
         noise shakes it, a delay at the edge of stability rings.
         """
-        if not values:
+        if not values or not self.replay.noise_in_loop:
             return self.perfect
         left = cost(self.replay.healthy_with(values), self.replay.usable)
         most = _NOISIEST * self.perfect

@@ -132,7 +132,6 @@ class Replay:
         healthy: float64[signals, n], in floors: what a perfect model would leave (one draw): noise,
             and what noise does round the loop, where it moves the instants at which flanks meet.
         loop_share: share of the stated noise that goes round the loop, as the command shows it.
-        shaken: whether noise goes round the loop of the replay, see `shake`.
         time_s: float64[n], from the recording's first stamp.
         usable: bool[n], False while the replay settles (not at rest at the start, long gaps).
         notes: what could not be used, one line each.
@@ -357,10 +356,6 @@ class Replay:
     def noise_in_loop(self) -> bool:
         """Whether enough of the stated noise goes round the recorded loop to be reckoned with."""
         return self.loop_share >= _LOUD and any(declared_noise(self.nominal).values())
-
-    @property
-    def shaken(self) -> bool:
-        return self._shaking is not None
 
     def shake(self) -> None:
         """From now on simulate with noise in the loop.

@@ -8,7 +8,7 @@ nothing else.
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 
 import yaml
@@ -41,12 +41,27 @@ def write_twin(diagnosis: Diagnosis, drive: str | os.PathLike[str], out: str | P
     text = source.read_bytes().decode("utf-8")
     wanted = _added(load_drive(source), effects)
     try:
-        changed = add_effects(text, effects, _remarks(diagnosis))
+        changed = add_effects(text, effects, remarks(diagnosis))
     except ValueError:
         changed = ""
+    write_checked(out, changed, lambda path: _reads_as(path, wanted), source, effects)
+
+
+def write_checked(
+    out: str | Path,
+    text: str,
+    reads_back: Callable[[Path], bool],
+    source: Path,
+    effects: Iterable[str],
+) -> None:
+    """Write a twin's `text` to `out`, whole or not at all, if it `reads_back` as what is wanted.
+
+    Raises:
+        InputError: it does not, or there is no text: `source` cannot take the `effects`.
+    """
     with replacing(out) as temporary:
-        temporary.write_bytes(changed.encode("utf-8"))
-        if not (changed and _reads_as(temporary, wanted)):
+        temporary.write_bytes(text.encode("utf-8"))
+        if not (text and reads_back(temporary)):
             keys = ", ".join(f"effects.{name}" for name in effects)
             raise InputError(
                 f"{source}: laid out in a way that {keys} cannot be added to; expected one block "
@@ -82,7 +97,7 @@ def _reads_as(path: Path, wanted: Mapping[str, object]) -> bool:
         return False
 
 
-def _remarks(diagnosis: Diagnosis) -> dict[str, str]:
+def remarks(diagnosis: Diagnosis) -> dict[str, str]:
     """Comments by effect and by "effect.parameter"; "" stands for all."""
     name = _printable(Path(diagnosis.source).name)
     found = {"": f"Added by ecyl diagnose: what {name} shows beyond the model above."}

@@ -27,12 +27,11 @@ class Standing:
     """What the confidence of a set of causes rests on.
 
     left: robust misfit over that of a perfect model, held out. margin: misfit of the best rival
-    over the winner's. shrink: share of the surplus misfit that the set takes off.
+    over the winner's.
     """
 
     left: float
     margin: float
-    shrink: float
 
 
 def ratios(fit: Fit, rows: BoolArray) -> list[float]:
@@ -67,9 +66,7 @@ def standing(competition: Competition, perfect: float) -> Standing:
     left = misfit(winner.judged) / perfect
     rivals = [one for one in competition.rivals if not _contains(one, winner)]
     margin = misfit(min((one.judged for one in rivals), default=competition.nominal.judged))
-    before = max(competition.nominal.judged - perfect**2, 1e-9)
-    after = max(winner.judged - perfect**2, 0.0)
-    return Standing(left, margin / misfit(winner.judged), 1.0 - after / before)
+    return Standing(left, margin / misfit(winner.judged))
 
 
 def _contains(larger: Fit, smaller: Fit) -> bool:

@@ -17,9 +17,8 @@ import yaml
 
 from ...drive.drive_file import resolve_drive
 from ...errors import InputError
-from ...recording.atomic import replacing
 from ..diagnosis import Diagnosis
-from ..twin import add_effects
+from ..twin import add_effects, remarks, write_checked
 from .acting import Acting, as_file
 from .machine import Machine, load_machine
 from .units import Units
@@ -58,33 +57,14 @@ def write_effort_twin(diagnosis: Diagnosis, drive: str | os.PathLike[str], out: 
     }
     text = source.read_bytes().decode("utf-8")
     try:
-        changed = add_effects(text, effects, _remarks(diagnosis))
+        changed = add_effects(text, effects, remarks(diagnosis))
         if nominal.inertia is None and machine.inertia is not None:
             key = "load.mass" if machine.linear else "load.inertia"
             value = float(f"{machine.inertia:.{_DIGITS}g}")
             changed = _before_effects(changed, f"{key}: {value!r}")
     except ValueError:
         changed = ""
-    with replacing(out) as temporary:
-        temporary.write_bytes(changed.encode("utf-8"))
-        if not (changed and _reads_as(temporary, machine)):
-            keys = ", ".join(f"effects.{name}" for name in effects)
-            raise InputError(
-                f"{source}: laid out in a way that {keys} cannot be added to; expected one block "
-                "of parameters below '/**: ros__parameters:'"
-            )
-
-
-def _remarks(diagnosis: Diagnosis) -> dict[str, str]:
-    """Comments by effect and by "effect.parameter"; "" stands for all."""
-    name = "".join(c if c.isprintable() else "?" for c in Path(diagnosis.source).name)
-    found = {"": f"Added by ecyl diagnose: what {name} shows beyond the model above."}
-    for cause in diagnosis.causes:
-        found[cause.effect] = f"{cause.title}, confidence {min(cause.confidence, 0.99):.2f}"
-        for one in cause.parameters:
-            unit = "" if one.unit == "1" else f"{one.unit}, "
-            found[f"{cause.effect}.{one.name}"] = f"{unit}95 %: {one.low:.6g} to {one.high:.6g}"
-    return found
+    write_checked(out, changed, lambda path: _reads_as(path, machine), source, effects)
 
 
 def _before_effects(text: str, entry: str) -> str:

@@ -19,7 +19,6 @@ from .equations import STEP_S, Truth, run
 
 DURATION_S = 16.0
 _RATE_HZ = 1000.0
-_NONE = (0.0, 0.0, 0.0)
 KINDS = ("single", "none", "withheld")
 _SHARES = (0.6, 0.25, 0.15)
 
@@ -173,20 +172,7 @@ def play(case: Case) -> tuple[Recording, Machine]:
         inertia=inertia,
         viscous=(0.04 * effort / speed,) * 2,
         coulomb=(friction, friction),
-        static=0.0,
-        stribeck=1.0,
-        drift_per_s=0.0,
-        carried=0.0,
-        jam=_NONE,
-        cogging=_NONE,
-        gravity=_NONE,
-        ripple=_NONE,
-        sine=_NONE,
-        constant=0.0,
-        stiffness=0.0,
         presliding=float(rng.uniform(2e-6, 1e-5)) * reach,
-        delay_steps=0,
-        gain=1.0,
         position_kp=0.25 * bandwidth,
         speed_kp=inertia * bandwidth,
         speed_ki=float(rng.choice([0.0, 0.1])) * inertia * bandwidth**2,

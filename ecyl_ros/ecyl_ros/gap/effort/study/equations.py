@@ -16,6 +16,7 @@ from ....drive.compiled import kernel
 from ...diagnosis import FloatArray
 
 STEP_S = 5e-5
+NONE = (0.0, 0.0, 0.0)  # of what has three numbers
 
 
 class Truth(NamedTuple):
@@ -32,25 +33,25 @@ class Truth(NamedTuple):
     inertia: float
     viscous: tuple[float, float]
     coulomb: tuple[float, float]
-    static: float
-    stribeck: float
-    drift_per_s: float
-    carried: float
-    jam: tuple[float, float, float]
-    cogging: tuple[float, float, float]
-    gravity: tuple[float, float, float]
-    ripple: tuple[float, float, float]
-    sine: tuple[float, float, float]
-    constant: float
-    stiffness: float
     presliding: float
-    delay_steps: int
-    gain: float
     position_kp: float
     speed_kp: float
     speed_ki: float
     limit: float
     control_steps: int
+    static: float = 0.0
+    stribeck: float = 1.0
+    drift_per_s: float = 0.0
+    carried: float = 0.0
+    jam: tuple[float, float, float] = NONE
+    cogging: tuple[float, float, float] = NONE
+    gravity: tuple[float, float, float] = NONE
+    ripple: tuple[float, float, float] = NONE
+    sine: tuple[float, float, float] = NONE
+    constant: float = 0.0
+    stiffness: float = 0.0
+    delay_steps: int = 0
+    gain: float = 1.0
 
 
 @kernel
