@@ -81,13 +81,14 @@ PACKED = np.dtype(
 
 
 def fastest_rate(drive: DriveParameters) -> float:
-    """Largest rate constant of the plant, 1/s: contact resonance, contact damping or R/L."""
+    """Largest rate constant of the plant, 1/s: contact resonance, contact damping, R/L, effects."""
     compliance = 1.0 / drive.motor.rotor_inertia + 1.0 / drive.load.inertia
     resonance = math.sqrt(max(drive.transmission.stiffness) * compliance)
     damping = drive.transmission.contact_damping * compliance
     electrical = drive.motor.resistance / drive.motor.inductance
-    bristle = 0.0
+    bristle = effect = 0.0
     for name, values in drive.effects.items():
+        effect = max(effect, CATALOGUE[name].rate(CATALOGUE[name].complete(values), drive))
         for port, inertia in (
             ("rotor_friction", drive.motor.rotor_inertia),
             ("load_friction", drive.load.inertia),
@@ -96,7 +97,7 @@ def fastest_rate(drive: DriveParameters) -> float:
                 level = max((v for k, v in values.items() if k.endswith("_nm")), default=0.0)
                 breakaway = values.get("breakaway_rad", BREAKAWAY_RAD)
                 bristle = max(bristle, math.sqrt(abs(level) / (breakaway * inertia)))
-    return max(resonance, damping, electrical, bristle)
+    return max(resonance, damping, electrical, bristle, effect)
 
 
 def choose_substeps(drive: DriveParameters) -> int:

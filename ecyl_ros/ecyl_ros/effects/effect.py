@@ -110,6 +110,11 @@ def _zero(drive: DriveParameters) -> float:
     return 0.0
 
 
+def _slow(values: Mapping[str, float], drive: DriveParameters) -> float:
+    """Most effects make nothing in the drive faster."""
+    return 0.0
+
+
 @dataclass(frozen=True, kw_only=True)
 class Effect:
     """One unmodelled effect.
@@ -130,6 +135,7 @@ class Effect:
         sized: parameters that the size of the effect is in proportion to; the first one unless
             given, none where there is no such thing (a limit).
         neutral: the value of those at which the effect vanishes.
+        rate: largest rate constant that it brings into the plant, 1/s; integrators step by it.
     """
 
     name: str
@@ -143,6 +149,7 @@ class Effect:
     refines: tuple[str, ...] = ()
     sized: tuple[str, ...] | None = None
     neutral: Callable[[DriveParameters], float] = _zero
+    rate: Callable[[Mapping[str, float], DriveParameters], float] = _slow
 
     def __post_init__(self) -> None:
         if self.block not in BLOCKS:

@@ -3,17 +3,32 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 
 import numpy as np
 
 from ..drive.compiled import kernel
+from ..drive.parameters import DriveParameters
 from .effect import Effect, Evidence, Quantity, Start
+
+_LOST = math.tanh(1.0)  # share that is lost at the transition
+_SOMEWHAT = 0.1  # straightness that a fit begins with: it moves in proportion
 
 
 def starts(evidence: Evidence) -> list[Start]:
     """Fractions of the voltage that drives the current at hand."""
     swing = float(np.nanstd(evidence.current_a)) * evidence.drive.motor.resistance
-    return [{"voltage_v": max(swing, 1e-3) * factor} for factor in (1.0, 4.0)]
+    return [
+        {"voltage_v": max(swing, 1e-3) * factor, "straightness": _SOMEWHAT} for factor in (1.0, 4.0)
+    ]
+
+
+def rate(values: Mapping[str, float], drive: DriveParameters) -> float:
+    """Of the current at its zero crossing, where the loss acts like a large resistance.
+
+    Half of it: what dies out takes longer steps than what swings.
+    """
+    return 0.5 * values["voltage_v"] / (values["transition_a"] * drive.motor.inductance)
 
 
 EFFECT = Effect(
@@ -35,8 +50,19 @@ EFFECT = Effect(
             default=0.05,
             nuisance=True,
         ),
+        # Capacitance alone makes a straight line with corners, ripple rounds these off.
+        Quantity(
+            name="straightness",
+            unit="1",
+            low=0.0,
+            high=1.0,
+            meaning="0: lost along a tanh, 1: along a straight line with corners",
+            default=0.0,
+            nuisance=True,
+        ),
     ),
     starts=starts,
+    rate=rate,
 )
 
 
@@ -45,4 +71,9 @@ def inverter_voltage(p, current, voltage):
     """Against the sign of the current."""
     if p.inverter_dead_time_voltage_v == 0.0:
         return 0.0
-    return -p.inverter_dead_time_voltage_v * math.tanh(current / p.inverter_dead_time_transition_a)
+    share = current / p.inverter_dead_time_transition_a
+    straight = p.inverter_dead_time_straightness
+    lost = (1.0 - straight) * math.tanh(share)
+    if straight > 0.0:
+        lost += straight * min(max(_LOST * share, -1.0), 1.0)
+    return -p.inverter_dead_time_voltage_v * lost

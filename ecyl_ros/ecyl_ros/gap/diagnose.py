@@ -189,7 +189,7 @@ def _assemble(
     if no_gap:
         verdict, block = "no_gap", None
     elif not named:
-        verdict, block = "unexplained", unnamed_block(competition, ports)
+        verdict, block = "unexplained", unnamed_block(competition, ports, replay)
     elif shrink >= EXPLAINED_SHRINK and misfit(winner.judged) / perfect <= STRUCTURELESS:
         verdict, block = "explained", causes[0].block
     else:

@@ -77,6 +77,25 @@ def in_contact(replay: Replay, columns: FloatArray) -> BoolArray:
     return ~near
 
 
+def missing_torque(replay: Replay, columns: FloatArray) -> FloatArray:
+    """Torque on rotor and load together that a replay leaves unexplained, N m: float64[n].
+
+    columns: of the replay. Straight lines where the flanks are apart.
+    """
+    smooth = Smoother(replay.time_s)
+    recorded = {
+        one.name: values for one, values in zip(replay.signals, replay.recorded, strict=True)
+    }
+    simulated = {one.name: columns[one.column] for one in SIGNALS}
+    torque = _balance(replay.drive, smooth, recorded["rotor_velocity"], recorded["current_q"])
+    torque = torque - _balance(
+        replay.drive, smooth, simulated["rotor_velocity"], simulated["current_q"]
+    )
+    known = np.flatnonzero(in_contact(replay, columns) & np.isfinite(torque))
+    filled: FloatArray = np.interp(np.arange(len(torque)), known, torque[known])
+    return filled
+
+
 def gather(replay: Replay, effects: Effects) -> ReplayEvidence:
     """Evidence on what the nominal drive with `effects` leaves unexplained."""
     columns = replay.full(effects)

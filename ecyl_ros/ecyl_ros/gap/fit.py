@@ -22,6 +22,7 @@ LOSS_SCALE = 3.0  # in noise floors: beyond it a difference counts less than its
 # to a small change is a spike; coarse steps see the valley that the spikes stand in.
 COARSE, MEDIUM, FINE = 0.15, 0.02, 2e-3
 _SHAPES = (0.25, 0.5, 2.0, 4.0)  # times a shape parameter at the start of its fit
+_MATTERS = 0.1  # share of the cost that a shape must move to be looked at closely
 _BRACKET = 0.8  # half width of a search along one parameter, in the fit's coordinates
 _NARROW = 0.03  # the same around what it found: the valley of a limit is a thousandth wide
 _SWEEPS = 2  # along size and phase of a periodic effect
@@ -80,7 +81,8 @@ class Coordinate:
 
         Over many periods a small change of order or frequency is a large change of phase.
         """
-        return 0.02 if self.quantity.unit in ("1", "Hz") and self.logarithmic else 1.0
+        counted = self.quantity.unit in ("1", "Hz") and not self.quantity.nuisance
+        return 0.02 if counted and self.logarithmic else 1.0
 
     def of(self, value: float) -> float:
         """Coordinate of a value."""
@@ -218,20 +220,30 @@ class Fitter:
         return dataclasses.replace(finer, replays=replays)
 
     def _shape(self, start: Fit) -> Fit:
-        """The best of several values of each parameter that only shapes an effect (no phase)."""
+        """Better values of the parameters that only shape an effect (no phase).
+
+        The best of several; where that matters and something is left, the bottom of its valley.
+        """
         best, replays = start, 0
         for name in start.values:
             for one in CATALOGUE[name].parameters:
                 if not one.nuisance or one.name == "phase_rad":
                     continue
                 middle = best.values[name][one.name]
+                costs = [best.fitted]
                 for factor in _SHAPES:
                     value = min(max(middle * factor, one.low), one.high)
                     values = {**best.values, name: {**best.values[name], one.name: value}}
                     tried = self.evaluate(values)
-                    replays += 1
+                    costs.append(tried.fitted)
                     if tried.fitted < best.fitted:
                         best = tried
+                replays += len(_SHAPES)
+                matters = max(costs) - min(costs) > _MATTERS * min(costs)
+                if matters and best.fitted > _NEAR_FLOOR * self.perfect**2:
+                    value = best.values[name][one.name]
+                    best = self._search_along(best, Coordinate.around(name, one, value))
+                    replays += best.replays
         return dataclasses.replace(best, replays=replays)
 
     def _turn(self, start: Fit) -> Fit:

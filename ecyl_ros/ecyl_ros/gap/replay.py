@@ -18,6 +18,7 @@ from ..drive.parameters import DriveParameters
 from ..drive.plant import MEASURED, initial_state, voltage_queue
 from ..errors import InputError
 from ..recording.signals import Recording
+from .pushed import run_pushed
 from .screen import screen
 
 FloatArray = NDArray[np.float64]
@@ -315,15 +316,41 @@ class Replay:
         )
         return pack(drive, substeps=min(max(1, substeps), _MOST_SUBSTEPS))
 
-    def run(self, effects: Effects, drive: DriveParameters | None = None) -> FloatArray:
-        """All the engine's columns at the grid of the replay, float64[grid, COLUMNS]."""
+    def run(
+        self,
+        effects: Effects,
+        drive: DriveParameters | None = None,
+        torque: FloatArray | None = None,
+    ) -> FloatArray:
+        """All the engine's columns at the grid of the replay, float64[grid, COLUMNS].
+
+        torque: float64[2, n] at the recording's stamps, N m from outside on rotor and load.
+        """
         params = self.packed(effects, drive)
         cascade = initial_cascade_state(params)
         cascade[0][:] = self._integrals
         samples = np.zeros((self._samples, COLUMNS))
+        ticks = (self._samples - 1) * self._every + 1
+        if torque is not None:
+            grid = np.arange(self._samples + 1) * self._grid_step
+            pushed = np.column_stack([np.interp(grid, self.time_s, one) for one in torque])
+            run_pushed(
+                ticks,
+                self._every,
+                self._reference,
+                self._plant.copy(),
+                cascade,
+                voltage_queue(params),
+                params,
+                samples,
+                np.zeros(len(MEASURED)),
+                pushed,
+                np.array([params[0]["per_rotor_inertia"], params[0]["per_load_inertia"]]),
+            )
+            return samples
         run_ticks(
             0,
-            (self._samples - 1) * self._every + 1,
+            ticks,
             self._every,
             self._reference,
             self._plant.copy(),
@@ -335,9 +362,9 @@ class Replay:
         )
         return samples
 
-    def full(self, effects: Effects) -> FloatArray:
-        """All the engine's columns at the recording's stamps, float64[COLUMNS, n]."""
-        return self._on_samples(self.run(effects))
+    def full(self, effects: Effects, torque: FloatArray | None = None) -> FloatArray:
+        """All the engine's columns at the recording's stamps, float64[COLUMNS, n]; see `run`."""
+        return self._on_samples(self.run(effects, torque=torque))
 
     def healthy_with(self, effects: Effects) -> FloatArray:
         """One draw of what a model with `effects` would leave, were it perfect, in floors.
@@ -393,7 +420,11 @@ class Replay:
 
     def gap(self, effects: Effects) -> FloatArray:
         """Recorded less simulated over the noise floor, float64[signals, n]; 0 where not usable."""
-        difference = (self.recorded - self.simulate(effects)) / self.floor[:, None]
+        return self.gap_of(self.simulate(effects))
+
+    def gap_of(self, simulated: FloatArray) -> FloatArray:
+        """The same of what was simulated, float64[signals, n]."""
+        difference = (self.recorded - simulated) / self.floor[:, None]
         difference[:, ~self.usable] = 0.0
         # A loop that runs away must compare as bad, not as unknown.
         blown = np.isfinite(self.recorded) & ~np.isfinite(difference)

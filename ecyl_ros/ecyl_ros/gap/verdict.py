@@ -17,7 +17,7 @@ STRUCTURELESS = 1.3  # robust misfit over that of a perfect model
 EXPLAINED_SHRINK = 0.9
 HELPS = 0.5  # share of the gap that must be gone for anything to be named
 _NEAR, _FAR = 1.05, 1.2  # misfits over that of a perfect model: at the floor, and surely not
-_CLEAR = 1.4  # times the winner's misfit: a rival further off is not close
+_CLEAR = 1.7  # times the winner's misfit: a rival further off is not close
 NAMED = 0.6  # a cause less sure than this is not named
 _INDISTINCT = 0.02  # squared misfits closer than this share cannot be told apart
 
@@ -110,7 +110,7 @@ def confidence(place: Standing, rivals_as_good: int) -> float:
     score = 4.5 - 2.6 * away
     # Where something is left and another set leaves hardly more, neither is known to be the cause.
     close = min(max((_CLEAR - place.margin) / (_CLEAR - 1.0), 0.0), 1.0)
-    score -= 6.0 * math.sqrt(away) * close
+    score -= 8.0 * math.sqrt(away) * close
     score += away * (2.0 * math.log(max(place.margin, 1.0)) - 2.5 * math.log(max(place.left, 1.0)))
     value = 1.0 / (1.0 + math.exp(-score))
     return value / (1.0 + rivals_as_good)

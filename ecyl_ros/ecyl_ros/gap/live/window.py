@@ -204,8 +204,8 @@ class _Compared(Replay):
         """What the twin gave."""
         return self._simulated[:, [one.column for one in self.signals]].T
 
-    def full(self, effects: Effects) -> FloatArray:
-        """The same, all columns."""
+    def full(self, effects: Effects, torque: FloatArray | None = None) -> FloatArray:
+        """The same, all columns; nothing can be put on what has run."""
         return self._simulated.T
 
     @property
