@@ -22,6 +22,7 @@ from ecyl_ros.recording.load import load_recording
 from ecyl_ros.recording.map import load_map
 
 HERE = Path(__file__).parent
+STARTED_S = 0.5  # the motor has come up to speed
 RECORDED, BEFORE, AFTER = "#8a8f98", "#b4451f", "#1f4e9c"
 
 
@@ -66,13 +67,17 @@ def emps(field: Path, out: Path) -> None:
 
 
 def _orders(diagnosis: Diagnosis) -> tuple[np.ndarray, np.ndarray]:
-    """Amplitude in N m of the gap at each whole order of the rotor angle."""
+    """Amplitude in N m of the gap at each whole order of the rotor angle, once it turns.
+
+    Averages are over the angle: cogging makes the rotor linger where it holds it.
+    """
     series = diagnosis.series
-    rows = series.usable
+    rows = series.usable & (series.time_s > STARTED_S)
     angle, gap = series.position[rows], (series.recorded - series.before)[0][rows]
+    weight = np.abs(series.speed[rows]) / np.abs(series.speed[rows]).sum()
+    gap = gap - weight @ gap
     orders = np.arange(1, 161)
-    size = [2.0 * abs(np.mean((gap - gap.mean()) * np.exp(1j * k * angle))) for k in orders]
-    return orders, np.array(size)
+    return orders, np.array([2.0 * abs((weight * gap) @ np.exp(1j * k * angle)) for k in orders])
 
 
 def laas(field: Path, out: Path) -> None:
