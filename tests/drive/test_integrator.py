@@ -67,13 +67,20 @@ def test_free_flight_is_exact_to_rounding() -> None:
     np.testing.assert_allclose(_stepped(drive, 1.0, 2000, start), exact, rtol=1e-9)
 
 
-def test_automatic_substeps_stay_under_the_sensor_noise() -> None:
-    """The step chosen by itself is as good as one eight times finer, measured in noise."""
+@pytest.mark.parametrize("straightness", [None, 0.0, 1.0])
+def test_automatic_substeps_stay_under_the_sensor_noise(straightness) -> None:
+    """The step chosen by itself is as good as one eight times finer, measured in noise.
+
+    So it is where a dead time turns its sign over 10 mA, 130 ohm to the current there.
+    """
     from ecyl_ros.drive.engine import simulate
     from ecyl_ros.drive.packed import choose_substeps
     from ecyl_ros.drive.reference.sine import Sine
 
     drive = load_drive("bench")
+    sharp = {"voltage_v": 1.3, "transition_a": 0.01, "straightness": straightness}
+    effects = {} if straightness is None else {"inverter_dead_time": sharp}
+    drive = dataclasses.replace(drive, effects=effects)
     quiet = dataclasses.replace(drive, sensors=type(drive.sensors)())
     sine = Sine(amplitude=5e-3, frequency=1.0)
     count = choose_substeps(drive)

@@ -77,21 +77,31 @@ def in_contact(replay: Replay, columns: FloatArray) -> BoolArray:
     return ~near
 
 
-def missing_torque(replay: Replay, columns: FloatArray) -> FloatArray:
-    """Torque on rotor and load together that a replay leaves unexplained, N m: float64[n].
-
-    columns: of the replay. Straight lines where the flanks are apart.
-    """
+def _unexplained(
+    replay: Replay, columns: FloatArray, speed: FloatArray, current: FloatArray
+) -> FloatArray:
+    """Torque that recorded speed and current show beyond a replay; NaN with the flanks apart."""
     smooth = Smoother(replay.time_s)
-    recorded = {
-        one.name: values for one, values in zip(replay.signals, replay.recorded, strict=True)
-    }
     simulated = {one.name: columns[one.column] for one in SIGNALS}
-    torque = _balance(replay.drive, smooth, recorded["rotor_velocity"], recorded["current_q"])
+    torque = _balance(replay.drive, smooth, speed, current)
     torque = torque - _balance(
         replay.drive, smooth, simulated["rotor_velocity"], simulated["current_q"]
     )
-    known = np.flatnonzero(in_contact(replay, columns) & np.isfinite(torque))
+    known: FloatArray = np.where(in_contact(replay, columns) & replay.usable, torque, np.nan)
+    return known
+
+
+def missing_torque(replay: Replay, columns: FloatArray) -> FloatArray:
+    """Torque on rotor and load together that a replay leaves unexplained, N m: float64[n].
+
+    columns: of the replay, of a recording with rotor speed and current. Straight lines where the
+    flanks are apart, 0 where they never touch.
+    """
+    recorded = dict(zip((one.name for one in replay.signals), replay.recorded, strict=True))
+    torque = _unexplained(replay, columns, recorded["rotor_velocity"], recorded["current_q"])
+    known = np.flatnonzero(np.isfinite(torque))
+    if not known.size:
+        return np.zeros(len(torque))
     filled: FloatArray = np.interp(np.arange(len(torque)), known, torque[known])
     return filled
 
@@ -111,11 +121,7 @@ def gather(replay: Replay, effects: Effects) -> ReplayEvidence:
     drive = replay.drive
     torque = nothing
     if not (np.isnan(recorded["current_q"]).all() or np.isnan(recorded["rotor_velocity"]).all()):
-        torque = _balance(drive, smooth, recorded["rotor_velocity"], recorded["current_q"])
-        torque = torque - _balance(
-            drive, smooth, simulated["rotor_velocity"], simulated["current_q"]
-        )
-        torque = np.where(in_contact(replay, columns) & replay.usable, torque, np.nan)
+        torque = _unexplained(replay, columns, recorded["rotor_velocity"], recorded["current_q"])
     ratio = drive.transmission.rod_per_rotor
     rod = recorded["rod_position"] / ratio - recorded["rotor_position"]
     rod = rod - (simulated["rod_position"] / ratio - simulated["rotor_position"])
