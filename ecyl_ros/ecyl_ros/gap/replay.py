@@ -331,26 +331,7 @@ class Replay:
         cascade[0][:] = self._integrals
         samples = np.zeros((self._samples, COLUMNS))
         ticks = (self._samples - 1) * self._every + 1
-        if torque is not None:
-            grid = np.arange(self._samples + 1) * self._grid_step
-            pushed = np.column_stack([np.interp(grid, self.time_s, one) for one in torque])
-            run_pushed(
-                ticks,
-                self._every,
-                self._reference,
-                self._plant.copy(),
-                cascade,
-                voltage_queue(params),
-                params,
-                samples,
-                np.zeros(len(MEASURED)),
-                pushed,
-                np.array([params[0]["per_rotor_inertia"], params[0]["per_load_inertia"]]),
-            )
-            return samples
-        run_ticks(
-            0,
-            ticks,
+        run = (
             self._every,
             self._reference,
             self._plant.copy(),
@@ -360,6 +341,13 @@ class Replay:
             samples,
             np.zeros(len(MEASURED)),
         )
+        if torque is None:
+            run_ticks(0, ticks, *run)
+        else:
+            grid = np.arange(self._samples + 1) * self._grid_step
+            pushed = np.column_stack([np.interp(grid, self.time_s, one) for one in torque])
+            slopes = np.array([params[0]["per_rotor_inertia"], params[0]["per_load_inertia"]])
+            run_pushed(ticks, *run, pushed, slopes)
         return samples
 
     def full(self, effects: Effects, torque: FloatArray | None = None) -> FloatArray:
