@@ -1,0 +1,36 @@
+"""Parameters that only shape an effect are fitted, too, where its size alone does not do."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from ecyl_ros.drive.drive_file import load_drive
+from ecyl_ros.gap.blind.cases import Case, Stage, record_case
+from ecyl_ros.gap.fit import Fitter
+from ecyl_ros.gap.replay import Replay
+from ecyl_ros.gap.split import held_out
+
+SEED = 6  # of a machine whose dead time turns its sign over 25 mA
+
+
+def test_a_dead_time_with_corners_is_found_from_one_without() -> None:
+    """Voltage, transition and straight line of another make of machine, from a round start."""
+    drive = load_drive("bench")
+    true = {"inverter_dead_time": {"voltage_v": 1.3}}
+    replay = Replay(record_case(Case(0, SEED, "single", true), drive), drive, "recording")
+    fitter = Fitter(replay, held_out(replay.time_s))
+    start = {"voltage_v": 1.0, "transition_a": 0.05, "straightness": 0.1}
+    found = fitter.search(fitter.evaluate({"inverter_dead_time": start}))
+    assert found.fitted > 2.0 * fitter.perfect**2  # the size alone does not do
+    for _ in range(2):
+        found = fitter.polish(found, 8)
+    values = found.values["inverter_dead_time"]
+    assert found.fitted < 1.5 * fitter.perfect**2
+    assert values["voltage_v"] == pytest.approx(1.3, rel=3e-3)
+    assert values["straightness"] > 0.8
+    # All is lost at the corner, 76 % at the transition.
+    corner = values["transition_a"] / math.tanh(1.0)
+    true_corner = Stage.of(SEED, drive).machine.dead_time_transition_a
+    assert corner == pytest.approx(true_corner, rel=0.05)
