@@ -51,6 +51,7 @@ def said(replay: Replay) -> str | None:
         ({"constant_load": {"force_n": 150.0}}, "load"),
         ({"load_viscous_friction": {"viscous_nm_s_per_rad": 0.01}}, "load"),
         ({"load_inertia_error": {"inertia_kg_m2": 0.0009}}, "load"),
+        ({"x_load_dependent_friction": {"coefficient": 0.2}}, "load"),
         ({"torque_constant_error": {"torque_constant_nm_per_a": 0.85}}, "motor_electrical"),
         ({"resistance_error": {"resistance_ohm": 1.1}}, "motor_electrical"),
         ({"x_current_sensor_gain": {"gain_error": 0.12}}, "sensor"),

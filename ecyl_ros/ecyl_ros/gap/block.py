@@ -19,6 +19,7 @@ from .injection import acts_on_load
 from .replay import Replay
 from .signature import (
     goes_with_acceleration,
+    goes_with_carried_torque,
     goes_with_current,
     goes_with_current_reading,
     goes_with_encoder,
@@ -35,6 +36,7 @@ _MOVED = 2.0  # RMS of the same where no torque is missing
 _NO_HELP = 0.8  # of the nominal model's cost: an effect that leaves more is not on the way
 _READING = 0.9  # share of the missing torque that a wrong reading of the current would make
 _CONSTANT = 0.99  # the same of a wrong torque constant
+_CARRIED = 0.85  # the same of a friction that grows with what it carries; others stay below 0.65
 
 
 def possible_blocks(ports: Sequence[PortCheck]) -> Collection[str]:
@@ -85,6 +87,8 @@ def unnamed_block(
     if at_times or {"load", "motor_mechanical"} & set(possible):
         if goes_with_current(evidence) > max(_CONSTANT, goes_with_acceleration(evidence)):
             return "motor_electrical"
+        if goes_with_carried_torque(evidence) > _CARRIED:
+            return "load"
         on_load = acts_on_load(replay)
         if on_load is not None:
             return "load" if on_load else "motor_mechanical"

@@ -83,6 +83,22 @@ def goes_with_acceleration(evidence: ReplayEvidence) -> float:
     return _explained(evidence.torque_nm, [smooth(evidence.rotor_speed_rad_s, 1)])
 
 
+def goes_with_carried_torque(evidence: ReplayEvidence) -> float:
+    """Share of the missing torque that opposes motion in proportion to the torque handed on.
+
+    Friction of gears and screw; the torque is the motor's less what turns the rotor itself.
+    """
+    smooth = Smoother(evidence.time_s)
+    motor = evidence.drive.motor
+    speed = smooth(evidence.rotor_speed_rad_s)
+    carried = (
+        motor.torque_constant * smooth(evidence.current_a)
+        - motor.rotor_inertia * smooth(evidence.rotor_speed_rad_s, 1)
+        - motor.viscous_friction * speed
+    )
+    return _explained(evidence.torque_nm, [np.abs(carried) * np.sign(speed)])
+
+
 def goes_with_encoder(evidence: ReplayEvidence, noise_rad: float) -> bool:
     """Whether the rod error repeats with the rotor's angle, and no better with the screw's.
 
