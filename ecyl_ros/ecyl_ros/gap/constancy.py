@@ -9,7 +9,7 @@ falls clearly once every part may choose its own size, the effect is not what it
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -110,7 +110,15 @@ def without_stand_ins(
     odd = tuple(one for one in inconstancies(winner, fitter) if one.gain > _STAND_IN)
     if not odd:
         return competition, ()
-    kept = [name for name in winner.names if name not in {one.effect for one in odd}]
+    return without_effects(competition, fitter, [one.effect for one in odd]), odd
+
+
+def without_effects(
+    competition: Competition, fitter: Fitter, effects: Collection[str]
+) -> Competition:
+    """The competition with `effects` taken out of its winner, the others fitted anew."""
+    winner = competition.winner
+    kept = [name for name in winner.names if name not in effects]
     best = competition.nominal
     if kept:
         start = fitter.evaluate({name: winner.values[name] for name in kept})
@@ -120,4 +128,4 @@ def without_stand_ins(
         fitter, best, competition.nominal, lambda start: fitter.polish(start, _STEPS)
     )
     rivals = tuple(one for one in competition.singles if one.names != best.names)
-    return replace(competition, winner=best, rivals=rivals, leave_one_out=without), odd
+    return replace(competition, winner=best, rivals=rivals, leave_one_out=without)

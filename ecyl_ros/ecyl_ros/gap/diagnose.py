@@ -15,6 +15,7 @@ from ..errors import InputError
 from ..recording.signals import Recording
 from .attribute import AT_FLOOR, EXCUSED, Competition, compete, gone, misfit
 from .block import unnamed_block
+from .coincidence import Coincidence, without_coincidence
 from .constancy import Inconstancy, without_stand_ins
 from .diagnosis import Candidate, Cause, Diagnosis, FittedParameter, Series
 from .fit import Fit, Fitter
@@ -75,7 +76,7 @@ def diagnose(
     tell = progress or (lambda share: None)
     tell(0.02)
     no_gap = at_floor(nominal, replay)
-    odd: tuple[Inconstancy, ...] = ()
+    remarks: list[str] = []
     if no_gap:
         competition = Competition(nominal, (), nominal, (), {}, 1)
     else:
@@ -84,7 +85,9 @@ def diagnose(
             fitter, nominal, names, lambda stage, share: tell(0.02 + 0.93 * share)
         )
         competition, odd = without_stand_ins(competition, fitter)
-    result = _assemble(replay, fitter, competition, odd, no_gap, source, drive_name, begin)
+        competition, alike = without_coincidence(competition, fitter)
+        remarks = [_stand_in(one) for one in odd] + ([_coincide(alike)] if alike else [])
+    result = _assemble(replay, fitter, competition, remarks, no_gap, source, drive_name, begin)
     tell(1.0)
     return result
 
@@ -107,7 +110,7 @@ def _assemble(
     replay: Replay,
     fitter: Fitter,
     competition: Competition,
-    odd: Sequence[Inconstancy],
+    remarks: Sequence[str],
     no_gap: bool,
     source: str,
     drive_name: str,
@@ -123,7 +126,7 @@ def _assemble(
     before = in_all(nominal)
     perfect = fitter.perfect_with(winner.values)
     place = standing(competition, perfect)
-    notes = [*replay.notes, *(_stand_in(one) for one in odd)]
+    notes = [*replay.notes, *remarks]
     causes: list[Cause] = []
     chain = _steps(fitter, competition) if winner.names else []
     noise = fitter.noise_with(winner.values)
@@ -252,4 +255,12 @@ def _stand_in(one: Inconstancy) -> str:
     return (
         f"{CATALOGUE[one.effect].title} comes near, but would need another size with "
         f"{one.condition} (times {sizes}): it stands for something else"
+    )
+
+
+def _coincide(one: Coincidence) -> str:
+    *first, last = (CATALOGUE[name].title for name in one.effects)
+    return (
+        f"{', '.join(first)} and {last} come near, but all by one factor ({one.factor:.3f}): they "
+        "stand for one fault of another kind"
     )
