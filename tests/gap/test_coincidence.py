@@ -64,6 +64,11 @@ def test_agreement_is_told_from_independent_faults(drive) -> None:
     assert coincidence(near, drive) is not None
     apart = {"inverter_gain": {"gain": 0.2}, "resistance_error": {"resistance_ohm": 1.0}}
     assert coincidence(apart, drive) is None
+    units = {  # agree by chance alone: no unit has both
+        "load_inertia_error": {"inertia_kg_m2": 1.2 * drive.load.inertia},
+        "resistance_error": {"resistance_ohm": 1.2 * drive.motor.resistance},
+    }
+    assert coincidence(units, drive) is None
     alone = {name: alias(drive)[name] for name in ("inverter_gain",)}
     assert coincidence(alone, drive) is None
     assert coincidence({"load_coulomb_friction": {"coulomb_nm": 0.1}}, drive) is None

@@ -17,19 +17,19 @@ from .attribute import Competition
 from .constancy import without_effects
 from .fit import Fitter
 
-# What a wrong scale of current, voltage or torque would seem to change.
-SCALES = (
-    "torque_constant_error",
-    "back_emf_error",
-    "resistance_error",
-    "inverter_gain",
-    "current_sensor_gain",
-    "rotor_inertia_error",
-    "load_inertia_error",
+# What the wrong unit of current, and of torque, would seem to change.
+UNITS = (
+    {
+        "torque_constant_error",
+        "back_emf_error",
+        "resistance_error",
+        "inverter_gain",
+        "current_sensor_gain",
+    },
+    {"torque_constant_error", "current_sensor_gain", "rotor_inertia_error", "load_inertia_error"},
 )
 MAGNETS = {"torque_constant_error", "back_emf_error"}  # weak magnets lower both, and truly so
-_AGREE = 0.05  # of the logarithm of a factor
-_AGREE_AT_LEAST = 0.004
+_AGREE, _LEAST, _MOST = 0.05, 0.004, 0.01  # of the logarithm of a factor, and bounds of that
 
 
 @dataclass(frozen=True)
@@ -44,20 +44,20 @@ def coincidence(
     values: Mapping[str, Mapping[str, float]], drive: DriveParameters
 ) -> Coincidence | None:
     """The most effects among `values` that agree in their factor; None where no two do."""
-    logs = {
-        name: math.log(_factor(name, given, drive))
-        for name, given in values.items()
-        if name in SCALES
-    }
-    best: list[str] = []
-    for one in logs.values():
-        near = max(_AGREE * abs(one), _AGREE_AT_LEAST)
-        agreeing = [name for name, other in logs.items() if abs(abs(other) - abs(one)) <= near]
-        best = max(best, agreeing, key=len)
-    if len(best) < 2 or (set(best) == MAGNETS and math.prod(logs[name] for name in best) > 0.0):
+    best: dict[str, float] = {}
+    for unit in UNITS:
+        logs = {
+            name: math.log(_factor(name, given, drive))
+            for name, given in values.items()
+            if name in unit
+        }
+        for one in map(abs, logs.values()):
+            near = min(max(_AGREE * one, _LEAST), _MOST)
+            agreeing = {name: log for name, log in logs.items() if abs(abs(log) - one) <= near}
+            best = max(best, agreeing, key=len)
+    if len(best) < 2 or (set(best) == MAGNETS and math.prod(best.values()) > 0.0):
         return None
-    mean = sum(abs(logs[name]) for name in best) / len(best)
-    return Coincidence(tuple(best), math.exp(mean))
+    return Coincidence(tuple(best), math.exp(sum(map(abs, best.values())) / len(best)))
 
 
 def _factor(name: str, values: Mapping[str, float], drive: DriveParameters) -> float:
