@@ -16,7 +16,7 @@ from ..recording.signals import Recording
 from .attribute import AT_FLOOR, EXCUSED, Competition, compete, gone, misfit
 from .block import unnamed_block
 from .coincidence import Coincidence, without_coincidence
-from .constancy import Inconstancy, without_stand_ins
+from .constancy import Inconstancy, without_effects, without_stand_ins
 from .diagnosis import Candidate, Cause, Diagnosis, FittedParameter, Series
 from .fit import Fit, Fitter
 from .intervals import intervals
@@ -87,9 +87,25 @@ def diagnose(
         competition, odd = without_stand_ins(competition, fitter)
         competition, alike = without_coincidence(competition, fitter)
         remarks = [_stand_in(one) for one in odd] + ([_coincide(alike)] if alike else [])
+        competition, unsure = _without_unsure(competition, fitter)
+        remarks += unsure
     result = _assemble(replay, fitter, competition, remarks, no_gap, source, drive_name, begin)
     tell(1.0)
     return result
+
+
+def _without_unsure(competition: Competition, fitter: Fitter) -> tuple[Competition, list[str]]:
+    """The competition without causes that others fit as well as, beside causes that are sure."""
+    names = competition.winner.names
+    others = {name: alternatives(competition, name) for name in names}
+    unsure = [name for name in names if others[name]]
+    if not 0 < len(unsure) < len(names):
+        return competition, []
+    notes = []
+    for name in unsure:
+        titles = " or ".join(CATALOGUE[one].title for one in (name, *others[name]))
+        notes.append(f"{titles} would come nearer still, one as well as the other")
+    return without_effects(competition, fitter, unsure), notes
 
 
 def _steps(fitter: Fitter, competition: Competition) -> list[Fit]:
