@@ -61,11 +61,11 @@ def coincidence(
 
 
 def _factor(name: str, values: Mapping[str, float], drive: DriveParameters) -> float:
-    """True over nominal."""
+    """True over nominal, above 0."""
     effect = CATALOGUE[name]
     value = values[effect.parameters[0].name]
     neutral = effect.neutral(drive)
-    return value / neutral if neutral > 0.0 else 1.0 + value
+    return max(value / neutral if neutral > 0.0 else 1.0 + value, 1e-12)
 
 
 def without_coincidence(
