@@ -1,8 +1,8 @@
 """Several causes that are off by one factor, as one fault of another kind would show.
 
 A current that is read a fifth too large looks, to who believes the reading, like a torque constant,
-a supply and a back EMF that are each off by a fifth; wrong in their proportion, constants are one
-wrong unit. That independent faults agree so closely is a matter of a few percent.
+a supply and a back EMF that are each off by a fifth: constants off by one factor are one wrong
+unit. Independent faults agree so closely in a few cases of a hundred.
 """
 
 from __future__ import annotations
