@@ -123,3 +123,17 @@ def test_a_wrong_torque_constant_goes_with_the_current() -> None:
 def test_a_gap_without_currents_is_laid_to_the_nearest_effect_alone() -> None:
     """Where no balance can be drawn up and nothing competes, no block is said."""
     assert said(without("current_q_a", "voltage_q_v")) is None
+
+
+def test_a_limit_is_looked_for_however_small_the_floor() -> None:
+    """A clipped sine without noise reaches its limit, a smaller whole one does not."""
+    sine = 2.0 * np.sin(np.linspace(0.0, 60.0, 6000))
+    for recorded, reached in ((np.clip(sine, -1.0, 1.0), True), (0.5 * sine, False)):
+        replay = SimpleNamespace(
+            signals=[SimpleNamespace(name="current_q")],
+            recorded=recorded[None, :],
+            floor=np.array([1e-12]),
+            usable=np.ones(len(sine), dtype=bool),
+            simulate=lambda effects: sine[None, :],
+        )
+        assert limit_reached(replay) is reached

@@ -33,9 +33,8 @@ def limit_reached(replay: Replay) -> bool:
 
 
 def _piled_up(recorded: FloatArray, simulated: FloatArray, floor: float) -> bool:
-    """Both sorted."""
-    top = float(recorded[-1])
-    levels = np.arange(_LOWEST * top, top + floor, floor)
+    """Whether many of `recorded` lie at one level that `simulated` goes beyond; both sorted."""
+    levels = recorded[recorded >= _LOWEST * recorded[-1]]
 
     def within(low: FloatArray, high: FloatArray) -> FloatArray:
         return (np.searchsorted(recorded, high) - np.searchsorted(recorded, low)).astype(float)
