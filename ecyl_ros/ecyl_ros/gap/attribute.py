@@ -4,8 +4,8 @@
    nominal value) and replayed once per start.
 2. The most promising are fitted in closed loop; the best of these with their shape parameters too.
 3. Where one effect does not bring the model to the noise floor, sets of two and three are tried:
-   candidates come from the responses already at hand, added up with free sizes, and from fresh
-   starts on what the best single effects leave.
+   candidates come from the responses already at hand, added up with free sizes, from fresh starts
+   on what the best single effects leave, and from these in shares of the sizes they have alone.
 4. An effect stays in a set only if leaving it out costs clearly more than it adds in freedom.
 """
 
@@ -24,6 +24,7 @@ import numpy as np
 from ..effects.catalogue import CATALOGUE, MODULES
 from .evidence import gather
 from .fit import MEDIUM, Fit, Fitter, Values, robust_mean_square
+from .joint import joined
 from .replay import FloatArray
 from .ringing import Ringing
 
@@ -41,7 +42,9 @@ _KEPT_SETS = 6
 _CLOSE = 2.0  # times the best cost: a runner-up that finer fits may still put first
 _SEARCHED_SETS = 3
 _FURTHER_SETS = 3  # searched besides where they promised less than the best search left
+_TOGETHER = 0.7  # of the cost alone: a set of two that promises to be a pair
 _KEPT_RESPONSES = 4  # further sets from responses added up
+_KEPT_JOINED = 4  # and from single effects in shares of their sizes
 _MOST_EFFECTS = 3
 _SHAKEN_LOOSE = 0.8  # times the least cost of a silent replay
 EXCUSED = 0.75  # of the gap must be gone before noise round the loop may excuse the rest
@@ -174,7 +177,7 @@ class _Competition:
         Args:
             sets: the most promising first; that one is searched whatever a short fit makes of it.
             promised: the cost that each might reach; those that promised less than the best search
-                leaves are searched, too.
+                leaves are searched, too, and pairs that come to far more than either effect alone.
         """
         glimpsed = self.map(lambda one: self.fitter.fit(one, steps=2, difference=MEDIUM), sets)
         promise = {id(one): score for one, score in zip(glimpsed, promised, strict=True)}
@@ -190,11 +193,26 @@ class _Competition:
             hopeful = sorted(glimpsed, key=lambda one: promise[id(one)])[:_FURTHER_SETS]
             hopeful = [one for one in hopeful if promise[id(one)] < left]
             glimpsed = [one for one in glimpsed if one not in hopeful]
+            hopeful += self._more_together(glimpsed)
+            glimpsed = [one for one in glimpsed if one not in hopeful]
             searched = sorted(searched + self.search(hopeful), key=lambda one: one.fitted)
         close = [one for one in searched[1:2] if one.fitted < _CLOSE * searched[0].fitted]
         polished = self.polish([*searched[:1], *close], 10)
         rest = searched[len(polished) :] + glimpsed
         return sorted(polished + rest, key=lambda one: one.fitted)
+
+    def _more_together(self, sets: Sequence[Fit]) -> list[Fit]:
+        """The sets of two that come to far more than either effect alone, most of all first."""
+        alone: dict[str, float] = {}
+        for single in self.library:
+            (name,) = single.names
+            alone[name] = min(single.fitted, alone.get(name, math.inf))
+
+        def share(one: Fit) -> float:
+            return one.fitted / min(alone.get(name, self.nominal.fitted) for name in one.names)
+
+        pairs = sorted((one for one in sets if len(one.names) == 2), key=share)
+        return [one for one in pairs if share(one) < _TOGETHER][:_FURTHER_SETS]
 
     def polish(self, fits: Sequence[Fit], steps: int) -> list[Fit]:
         """Fit each to the end, with the parameters that only shape its effects."""
@@ -409,6 +427,9 @@ def _compete(run: _Competition) -> Competition:
             del pairs[_KEPT_RESPONSES:]
             sets += run.map(fitter.evaluate, [values for _, values in pairs])
             promised += [left for left, _ in pairs]
+            both = joined(fitter, singles, run.map)[:_KEPT_JOINED]
+            sets += both
+            promised += [one.fitted for one in both]
         report(f"sets of {size}", 0.6 + 0.1 * (size - 1))
         fitted = run.best_of(sets, promised)
         report(f"sets of {size}", 0.65 + 0.1 * (size - 1))

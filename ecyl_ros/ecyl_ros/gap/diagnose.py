@@ -23,6 +23,7 @@ from .intervals import intervals
 from .locate import by_condition, by_frequency, by_port, by_signal, pooled
 from .replay import BoolArray, Replay
 from .split import held_out
+from .tolerance import without_traces
 from .verdict import (
     EXPLAINED_SHRINK,
     HELPS,
@@ -87,8 +88,9 @@ def diagnose(
         competition, odd = without_stand_ins(competition, fitter)
         competition, alike = without_coincidence(competition, fitter)
         remarks = [_stand_in(one) for one in odd] + ([_coincide(alike)] if alike else [])
-        competition, unsure = _without_unsure(competition, fitter)
-        remarks += unsure
+        for sort_out in (without_traces, _without_unsure):
+            competition, said = sort_out(competition, fitter)
+            remarks += said
     result = _assemble(replay, fitter, competition, remarks, no_gap, source, drive_name, begin)
     tell(1.0)
     return result

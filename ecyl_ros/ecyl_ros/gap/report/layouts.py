@@ -237,6 +237,7 @@ def foxglove(pages: Sequence[Page]) -> str:
 def _foxglove_plot(plot: Plot) -> dict[str, Any]:
     return {
         "foxglovePanelTitle": plot.title,
+        "lichtblickPanelTitle": plot.title,
         "paths": [
             {
                 "value": curve.foxglove,
@@ -250,7 +251,7 @@ def _foxglove_plot(plot: Plot) -> dict[str, Any]:
         "xAxisVal": "timestamp",
         "isSynced": True,
         "showLegend": True,
-        "legendDisplay": "floating",
+        "legendDisplay": "left",
         "showPlotValuesInLegend": True,
         "showXAxisLabels": True,
         "showYAxisLabels": True,

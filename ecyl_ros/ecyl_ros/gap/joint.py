@@ -1,0 +1,52 @@
+"""Two causes at once: where to begin, told by what each of them comes to alone.
+
+Causes that hide each other (friction on both sides of the play, a load and the friction that holds
+it) have a valley so narrow that neither is found upon the best fit of the other: that fit stands in
+for both. The true sizes lie between: the nearer two effects are alike, the nearer to the line from
+one alone to the other alone, and where they have nothing in common, both have the sizes they have
+alone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from itertools import combinations, product
+
+from ..effects.catalogue import CATALOGUE
+from .fit import Fit, Fitter, Values
+
+_SINGLES = 7  # that are joined, the best
+_SHARES = (0.25, 0.5, 0.75, 1.0)  # of the size alone
+_LEAST = 0.8  # that the shares of two must come to
+
+Map = Callable[[Callable[[Values], Fit], Iterable[Values]], list[Fit]]
+
+
+def joined(fitter: Fitter, singles: Sequence[Fit], side_by_side: Map) -> list[Fit]:
+    """Sets of two of the best single effects in the shares that leave least, best first.
+
+    Args:
+        singles: fits of one effect each, best first.
+        side_by_side: does the replays.
+    """
+    drive = fitter.replay.drive
+
+    def resized(single: Fit, share: float) -> Values:
+        (name,) = single.names
+        return {name: CATALOGUE[name].scaled(single.values[name], share, drive)}
+
+    # A general case of another effect here would only be the same again with more freedom.
+    names = {name for one in singles for name in one.names}
+    plain = [one for one in singles if not names.intersection(CATALOGUE[one.names[0]].refines)]
+    sizes = [pair for pair in product(_SHARES, repeat=2) if sum(pair) > _LEAST]
+    jobs = [
+        {**resized(first, one), **resized(second, other)}
+        for first, second in combinations(plain[:_SINGLES], 2)
+        for one, other in sizes
+    ]
+    best: dict[frozenset[str], Fit] = {}
+    for fit in side_by_side(fitter.evaluate, jobs):
+        key = frozenset(fit.names)
+        if key not in best or fit.fitted < best[key].fitted:
+            best[key] = fit
+    return sorted(best.values(), key=lambda one: one.fitted)
