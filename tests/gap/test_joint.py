@@ -1,0 +1,56 @@
+"""Two causes that hide each other are found between what each of them comes to alone."""
+
+from __future__ import annotations
+
+import pytest
+
+from ecyl_ros.drive.drive_file import load_drive
+from ecyl_ros.gap.blind.cases import Case, record_case
+from ecyl_ros.gap.fit import Fit, Fitter
+from ecyl_ros.gap.joint import joined
+from ecyl_ros.gap.replay import Replay
+from ecyl_ros.gap.split import held_out
+
+ROTOR, LOAD = "rotor_coulomb_friction", "load_coulomb_friction"
+
+
+@pytest.fixture(scope="module")
+def fitter() -> Fitter:
+    """Of a drive with friction on both sides of its play."""
+    drive = load_drive("bench")
+    true = {ROTOR: {"coulomb_nm": 0.0699}, LOAD: {"coulomb_nm": 0.2238}}
+    replay = Replay(record_case(Case(0, 1456662079, "pair", true), drive), drive, "recording")
+    return Fitter(replay, held_out(replay.time_s))
+
+
+@pytest.fixture(scope="module")
+def singles(fitter: Fitter) -> list[Fit]:
+    """Effects fitted alone: each friction stands in for both, at nearly their sum."""
+    found = [
+        {LOAD: {"coulomb_nm": 0.293}},
+        {ROTOR: {"coulomb_nm": 0.294}},
+        {"stiffness_error": {"stiffness_nm_per_rad": 5000.0}},
+        {"friction_drift": {"coulomb_nm": 0.294, "rate_per_s": 0.001}},
+    ]
+    return [fitter.evaluate(values) for values in found]
+
+
+def side_by_side(work, jobs):
+    """One after the other."""
+    return [work(job) for job in jobs]
+
+
+def test_frictions_that_hide_each_other_are_found_in_shares_of_their_sizes(fitter, singles) -> None:
+    """What is left falls below half of either alone, within a tenth of the true torques."""
+    best = joined(fitter, singles, side_by_side)[0]
+    assert set(best.names) == {ROTOR, LOAD}
+    assert best.fitted < 0.5 * min(one.fitted for one in singles)
+    assert best.values[LOAD]["coulomb_nm"] == pytest.approx(0.2238, rel=0.1)
+    assert best.values[ROTOR]["coulomb_nm"] == pytest.approx(0.0699, rel=0.1)
+
+
+def test_a_general_case_is_not_joined_beside_its_special_one(fitter, singles) -> None:
+    """Friction that drifts holds friction that does not: three effects make three pairs."""
+    names = [set(one.names) for one in joined(fitter, singles, side_by_side)]
+    assert len(names) == 3
+    assert not any("friction_drift" in one for one in names)
