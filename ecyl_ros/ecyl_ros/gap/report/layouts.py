@@ -301,7 +301,9 @@ def layouts() -> dict[str, str]:
     return {
         "foxglove_drive.json": foxglove((*drive_pages(), gap_page())),
         "foxglove_diagnosis.json": foxglove(diagnosis_pages()),
-        "plotjuggler_drive.xml": plotjuggler((*drive_pages(), gap_page())),
+        # Apart: PlotJuggler warns of every curve that is not there, as without a gap monitor.
+        "plotjuggler_drive.xml": plotjuggler(drive_pages()),
+        "plotjuggler_gap_monitor.xml": plotjuggler((*drive_pages(), gap_page())),
         "plotjuggler_diagnosis.xml": plotjuggler(diagnosis_pages()),
     }
 
