@@ -22,7 +22,7 @@ from .fit import Fit, Fitter
 from .intervals import intervals
 from .locate import by_condition, by_frequency, by_port, by_signal, pooled
 from .replay import BoolArray, Replay
-from .split import held_out
+from .split import held_out_of
 from .tolerance import without_traces
 from .verdict import (
     EXPLAINED_SHRINK,
@@ -72,7 +72,7 @@ def diagnose(
             "fit on one part and judge on another"
         )
     replay = Replay(recording, drive, source)
-    fitter = Fitter(replay, held_out(replay.time_s))
+    fitter = Fitter(replay, held_out_of(replay.time_s, replay.gap({}), replay.usable))
     nominal = fitter.nominal
     tell = progress or (lambda share: None)
     tell(0.02)
