@@ -7,6 +7,7 @@ import signal
 import threading
 import time
 import traceback
+import warnings
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, field
@@ -137,10 +138,13 @@ def run_study(
     )
     outcomes: dict[int, Outcome] = {}
     try:
-        for outcome in came:
-            outcomes[outcome.index] = outcome
-            if on_outcome is not None:
-                on_outcome(outcome)
+        with warnings.catch_warnings():
+            # A worker whose memory has grown is replaced in between: nothing to warn users of.
+            warnings.filterwarnings("ignore", message="A worker stopped while some jobs")
+            for outcome in came:
+                outcomes[outcome.index] = outcome
+                if on_outcome is not None:
+                    on_outcome(outcome)
     except TerminatedWorkerError:
         missing = [str(case.index) for case in cases if case.index not in outcomes]
         raise StudyError(
