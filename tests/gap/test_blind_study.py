@@ -16,6 +16,7 @@ from ecyl_ros.gap.blind import subject as subject_module
 from ecyl_ros.gap.blind.baselines import best_swap, fit_all
 from ecyl_ros.gap.blind.cases import Case, complete_case, record_case
 from ecyl_ros.gap.blind.journal import Journal
+from ecyl_ros.gap.blind.plots import write_plots
 from ecyl_ros.gap.blind.score import calibration, confusion, figures, parameter_errors, report
 from ecyl_ros.gap.blind.study import Outcome, examine, run_study, time_limit
 
@@ -334,3 +335,11 @@ def test_a_healthy_machine_gives_the_best_swap_nothing_to_name() -> None:
     recording = record_case(Case(0, 6, "none"), DRIVE)
     assert best_swap(recording, DRIVE) == []
     assert not math.isnan(float(np.sum(recording.rod_position_m)))
+
+
+def test_a_share_of_all_is_drawn_though_rounding_puts_its_interval_below(tmp_path) -> None:
+    """163 of 163 right: Wilson's upper bound is 1 less rounding."""
+    part = {"confidence": 0.988, "count": 163, "right": 1.0, "ci95": [0.977, 1.0 - 1e-16]}
+    assert part["ci95"][1] < part["right"]
+    write_plots({"calibration": [part], "confusion": {}}, tmp_path)
+    assert (tmp_path / "calibration.png").stat().st_size > 1000

@@ -216,13 +216,13 @@ def _report(
             },
         )
         options.json.with_name(f"{options.json.name}.partial").unlink(missing_ok=True)
-    if options.plots is not None:
-        from ..gap.blind.plots import write_plots
-
-        write_plots(scored, options.plots)
     if options.case is not None:
         print(f"{case_line(cases[0])}\nsaid {outcome_line(outcomes[0])}")
         for name, found in outcomes[0].baselines.items():
             print(f"{name}: {', '.join(found['named']) or 'nothing'}")
-        return
-    print(f"\n{study_text(cases, outcomes, scored, drive)}")
+    else:
+        print(f"\n{study_text(cases, outcomes, scored, drive)}")
+    if options.plots is not None:
+        from ..gap.blind.plots import write_plots
+
+        write_plots(scored, options.plots)

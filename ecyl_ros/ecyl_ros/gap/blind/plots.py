@@ -36,7 +36,8 @@ def _calibration(scored: dict[str, Any]) -> Any:
         axis.errorbar(
             part["confidence"],
             share,
-            yerr=[[share - low], [high - share]],
+            # Rounding may leave the share of all or none a little outside its interval.
+            yerr=[[max(share - low, 0.0)], [max(high - share, 0.0)]],
             fmt="o",
             color="C0",
             capsize=3,
