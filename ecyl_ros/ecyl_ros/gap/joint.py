@@ -39,14 +39,9 @@ def joined(fitter: Fitter, singles: Sequence[Fit], side_by_side: Map) -> list[Fi
     names = {name for one in singles for name in one.names}
     plain = [one for one in singles if not names.intersection(CATALOGUE[one.names[0]].refines)]
     sizes = [pair for pair in product(_SHARES, repeat=2) if sum(pair) > _LEAST]
-    jobs = [
-        {**resized(first, one), **resized(second, other)}
-        for first, second in combinations(plain[:_SINGLES], 2)
-        for one, other in sizes
-    ]
-    best: dict[frozenset[str], Fit] = {}
-    for fit in side_by_side(fitter.evaluate, jobs):
-        key = frozenset(fit.names)
-        if key not in best or fit.fitted < best[key].fitted:
-            best[key] = fit
-    return sorted(best.values(), key=lambda one: one.fitted)
+    best = []
+    # Pair by pair: a fit holds whole signals, and hundreds of them would fill the memory.
+    for first, second in combinations(plain[:_SINGLES], 2):
+        jobs = [{**resized(first, one), **resized(second, other)} for one, other in sizes]
+        best.append(min(side_by_side(fitter.evaluate, jobs), key=lambda one: one.fitted))
+    return sorted(best, key=lambda one: one.fitted)

@@ -35,7 +35,7 @@ def held_out_of(time_s: FloatArray, gap: FloatArray, usable: BoolArray) -> BoolA
     are kept where the gap (signals, n), in noise floors, lies on both sides anyway, and where no
     cut divides it.
     """
-    over = np.clip(gap**2, _STANDS_OUT**2, _COUNTS**2) - _STANDS_OUT**2
+    over = np.clip(np.abs(gap), _STANDS_OUT, _COUNTS) ** 2 - _STANDS_OUT**2
     weight = np.where(usable, over.sum(axis=0), 0.0)
     whole = float(weight.sum())
     for length in (STRETCH_S, *_SHORTER_S):
