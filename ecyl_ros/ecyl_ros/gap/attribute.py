@@ -24,7 +24,7 @@ import numpy as np
 from ..effects.catalogue import CATALOGUE, MODULES
 from .evidence import gather
 from .fit import MEDIUM, Fit, Fitter, Values, robust_mean_square
-from .joint import joined
+from .joint import joined, resized
 from .replay import FloatArray
 from .ringing import Ringing
 
@@ -279,6 +279,7 @@ class _Competition:
         target = self._thin(self.nominal)
         responses = np.array([target - self._thin(one) for one in self.library])
         gram, along = responses @ responses.T, responses @ target
+        drive = self.fitter.replay.drive
         found: dict[frozenset[str], tuple[float, Values]] = {}
         for i, first in enumerate(self.library):
             for j in range(i):
@@ -297,14 +298,9 @@ class _Competition:
                 if key not in found or left < found[key][0]:
                     found[key] = (
                         left,
-                        {**self._times(first, a), **self._times(second, b)},
+                        {**resized(first, a, drive), **resized(second, b, drive)},
                     )
         return sorted(found.values(), key=lambda pair: pair[0])[: _KEPT_SETS + _KEPT_RESPONSES]
-
-    def _times(self, single: Fit, size: float) -> Values:
-        (name,) = single.names
-        drive = self.fitter.replay.drive
-        return {name: CATALOGUE[name].scaled(single.values[name], size, drive)}
 
     def sets_upon(self, firsts: Sequence[Fit]) -> tuple[list[Fit], list[float]]:
         """Each of `firsts` with one more effect, the most promising started, not yet fitted.

@@ -12,6 +12,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from itertools import combinations, product
 
+from ..drive.parameters import DriveParameters
 from ..effects.catalogue import CATALOGUE
 from .fit import Fit, Fitter, Values
 
@@ -22,6 +23,12 @@ _LEAST = 0.8  # that the shares of two must come to
 Map = Callable[[Callable[[Values], Fit], Iterable[Values]], list[Fit]]
 
 
+def resized(single: Fit, size: float, drive: DriveParameters) -> Values:
+    """A single effect at `size` times its fitted size."""
+    (name,) = single.names
+    return {name: CATALOGUE[name].scaled(single.values[name], size, drive)}
+
+
 def joined(fitter: Fitter, singles: Sequence[Fit], side_by_side: Map) -> list[Fit]:
     """Sets of two of the best single effects in the shares that leave least, best first.
 
@@ -30,11 +37,6 @@ def joined(fitter: Fitter, singles: Sequence[Fit], side_by_side: Map) -> list[Fi
         side_by_side: does the replays.
     """
     drive = fitter.replay.drive
-
-    def resized(single: Fit, share: float) -> Values:
-        (name,) = single.names
-        return {name: CATALOGUE[name].scaled(single.values[name], share, drive)}
-
     # A general case of another effect here would only be the same again with more freedom.
     names = {name for one in singles for name in one.names}
     plain = [one for one in singles if not names.intersection(CATALOGUE[one.names[0]].refines)]
@@ -42,6 +44,8 @@ def joined(fitter: Fitter, singles: Sequence[Fit], side_by_side: Map) -> list[Fi
     best = []
     # Pair by pair: a fit holds whole signals, and hundreds of them would fill the memory.
     for first, second in combinations(plain[:_SINGLES], 2):
-        jobs = [{**resized(first, one), **resized(second, other)} for one, other in sizes]
+        jobs = [
+            {**resized(first, one, drive), **resized(second, other, drive)} for one, other in sizes
+        ]
         best.append(min(side_by_side(fitter.evaluate, jobs), key=lambda one: one.fitted))
     return sorted(best, key=lambda one: one.fitted)
