@@ -21,6 +21,7 @@ from ..effects.catalogue import CATALOGUE
 from ..errors import InputError
 from .packed import MAX_SEGMENTS
 from .parameters import GROUPS, DriveParameters, Gains, check_relations, leaf_fields
+from .tolerances import CONSTANTS, stated_tolerances
 
 # Parameters of the nodes themselves (see nodes/), which a drive file may hold beside the drive's.
 NODE_KEYS = (
@@ -168,7 +169,7 @@ def drive_from_flat(flat: Mapping[str, Any], source: str) -> DriveParameters:
             values[key] = _leaf(value, leaves[key], key, source)
         elif key.startswith("effects."):
             _put_effect(effects, key, value, source)
-        elif key.split(".")[0] not in NODE_KEYS:
+        elif key.split(".")[0] not in ("tolerances", *NODE_KEYS):
             near = difflib.get_close_matches(key, leaves, n=1)
             hint = f"; did you mean {near[0]}?" if near else "; see the drive file reference"
             raise InputError(f"{source}: unknown key {key}{hint}")
@@ -196,7 +197,11 @@ def drive_from_flat(flat: Mapping[str, Any], source: str) -> DriveParameters:
                 arguments[item.name] = Gains(**gains)
         groups[name] = kind(**arguments)
     top = {key: value for key, value in values.items() if "." not in key}
-    drive = DriveParameters(**groups, **top, effects=_complete(effects, source))
+    units = {key: leaves[key].metadata["unit"] for key in CONSTANTS}
+    tolerances = stated_tolerances(flat, units, source)
+    drive = DriveParameters(
+        **groups, **top, effects=_complete(effects, source), tolerances=tolerances
+    )
     check_relations(drive, source)
     return drive
 
@@ -235,6 +240,8 @@ def key_meaning(key: str) -> str:
         effect = CATALOGUE[name]
         (one,) = (one for one in effect.parameters if one.name == parameter)
         return f"{effect.title}: {one.meaning}, {one.unit}"
+    if key.startswith("tolerances."):
+        return f"half width that holds 95 % of sound machines, of {key.partition('.')[2]}"
     meta = leaf_fields()[key].metadata
     unit = meta.get("unit", "")
     return f"{meta['meaning']}, {unit}" if unit else str(meta["meaning"])
@@ -249,7 +256,7 @@ def load_drive(name: str | os.PathLike[str]) -> DriveParameters:
 def drive_to_flat(drive: DriveParameters) -> dict[str, Any]:
     """Flat dotted parameters of `drive`, every key, in file order; tuples become lists.
 
-    Effects come last, those that the drive has.
+    Effects that the drive has come after them, then tolerances that were stated.
     """
     flat: dict[str, Any] = {}
     for key in leaf_fields():
@@ -259,4 +266,6 @@ def drive_to_flat(drive: DriveParameters) -> dict[str, Any]:
         flat[key] = list(value) if isinstance(value, tuple) else value
     for name, values in drive.effects.items():
         flat |= {f"effects.{name}.{parameter}": value for parameter, value in values.items()}
+    # As text: a parameter of a node has one type.
+    flat |= {f"tolerances.{key}": str(value) for key, value in drive.tolerances.items()}
     return flat

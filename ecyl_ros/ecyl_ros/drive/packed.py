@@ -109,11 +109,18 @@ def choose_substeps(drive: DriveParameters) -> int:
     return max(1, math.ceil(fastest_rate(drive) / (0.1 * drive.controller.rate) - 1e-9))
 
 
-def pack(drive: DriveParameters, *, substeps: int | None = None) -> np.ndarray:
+def pack(
+    drive: DriveParameters,
+    *,
+    substeps: int | None = None,
+    believed: DriveParameters | None = None,
+) -> np.ndarray:
     """Pack `drive` into a one-element record array of dtype `PACKED`.
 
-    `substeps` overrides the automatic choice (for convergence studies).
+    substeps: overrides the automatic choice (for convergence studies). believed: the drive that
+    the controller was set up for, where its constants are not those of `drive`.
     """
+    believed = believed or drive
     record = np.zeros(1, PACKED)
     motor, transmission, load = drive.motor, drive.transmission, drive.load
     controller, sensors = drive.controller, drive.sensors
@@ -136,8 +143,8 @@ def pack(drive: DriveParameters, *, substeps: int | None = None) -> np.ndarray:
         "substeps": choose_substeps(drive) if substeps is None else substeps,
         "actuation_delay": controller.delay_ticks,
         "feedback_rod": controller.feedback == "rod",
-        "believed_rotor_per_rod": 1.0 / transmission.rod_per_rotor,
-        "believed_inductance": motor.inductance,
+        "believed_rotor_per_rod": 1.0 / believed.transmission.rod_per_rotor,
+        "believed_inductance": believed.motor.inductance,
         "velocity_feedforward": controller.velocity_feedforward,
         "speed_limit": controller.speed_limit,
         "current_limit": controller.current_limit,

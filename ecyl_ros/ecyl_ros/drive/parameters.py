@@ -143,6 +143,8 @@ class DriveParameters:
     telemetry_rate: float = _quantity("Hz", 0.1, 1e6, "samples a second on the topics", 1000.0)
     # What the machine has beyond its nominal model: {effect: {parameter: value}}, see `effects`.
     effects: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    # How far its constants may lie from these, as the file states it; see `tolerances`.
+    tolerances: Mapping[str, float | str] = field(default_factory=dict)
 
     @property
     def telemetry_every(self) -> int:

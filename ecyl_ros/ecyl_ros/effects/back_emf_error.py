@@ -36,4 +36,5 @@ EFFECT = Effect(
     ),
     modify=modify,
     neutral=lambda drive: drive.motor.back_emf_constant,
+    constant="motor.back_emf_constant",
 )

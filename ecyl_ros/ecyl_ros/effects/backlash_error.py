@@ -38,4 +38,5 @@ EFFECT = Effect(
     ),
     modify=modify,
     neutral=lambda drive: drive.transmission.backlash,
+    constant="transmission.backlash",
 )

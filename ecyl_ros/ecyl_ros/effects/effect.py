@@ -135,6 +135,8 @@ class Effect:
         sized: parameters that the size of the effect is in proportion to; the first one unless
             given, none where there is no such thing (a limit).
         neutral: the value of those at which the effect vanishes.
+        constant: key of the drive file's constant that it gives another value, None where it is
+            something that the nominal model does not have.
         rate: largest rate constant that it brings into the plant, 1/s; integrators step by it.
     """
 
@@ -149,6 +151,7 @@ class Effect:
     refines: tuple[str, ...] = ()
     sized: tuple[str, ...] | None = None
     neutral: Callable[[DriveParameters], float] = _zero
+    constant: str | None = None
     rate: Callable[[Mapping[str, float], DriveParameters], float] = _slow
 
     def __post_init__(self) -> None:

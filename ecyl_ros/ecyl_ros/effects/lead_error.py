@@ -45,4 +45,5 @@ EFFECT = Effect(
     starts=starts,
     modify=modify,
     neutral=lambda drive: drive.transmission.lead,
+    constant="transmission.lead",
 )

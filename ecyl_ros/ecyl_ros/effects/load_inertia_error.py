@@ -36,4 +36,5 @@ EFFECT = Effect(
     ),
     modify=modify,
     neutral=lambda drive: drive.load.inertia,
+    constant="load.inertia",
 )

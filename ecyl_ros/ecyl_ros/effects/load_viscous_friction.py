@@ -40,4 +40,5 @@ EFFECT = Effect(
     ),
     starts=starts,
     modify=modify,
+    constant="load.viscous_friction",
 )

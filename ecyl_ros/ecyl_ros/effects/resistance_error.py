@@ -32,4 +32,5 @@ EFFECT = Effect(
     ),
     modify=modify,
     neutral=lambda drive: drive.motor.resistance,
+    constant="motor.resistance",
 )

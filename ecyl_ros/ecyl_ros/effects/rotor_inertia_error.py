@@ -36,4 +36,5 @@ EFFECT = Effect(
     ),
     modify=modify,
     neutral=lambda drive: drive.motor.rotor_inertia,
+    constant="motor.rotor_inertia",
 )

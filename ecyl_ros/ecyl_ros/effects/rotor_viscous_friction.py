@@ -40,4 +40,5 @@ EFFECT = Effect(
     ),
     starts=starts,
     modify=modify,
+    constant="motor.viscous_friction",
 )

@@ -41,4 +41,5 @@ EFFECT = Effect(
     ),
     modify=modify,
     neutral=lambda drive: drive.transmission.stiffness[0],
+    constant="transmission.stiffness",
 )

@@ -39,4 +39,5 @@ EFFECT = Effect(
     ),
     modify=modify,
     neutral=lambda drive: drive.motor.torque_constant,
+    constant="motor.torque_constant",
 )

@@ -1,5 +1,7 @@
 """Which effects close the gap: all of them compete, alone and in sets, judged on what no fit saw.
 
+0. The sheet alone: the constants, each at the price of leaving its tolerance. What follows has them
+   free at the same price, and has to beat this.
 1. Every effect is started from what the recording shows (regressions, lines, multiples of the
    nominal value) and replayed once per start.
 2. The most promising are fitted in closed loop; the best of these with their shape parameters too.
@@ -37,6 +39,7 @@ _STARTS = 6  # of one effect alone
 _STARTS_IN_SETS = 2
 _KEPT_SINGLES = 9
 _POLISHED_SINGLES = 2
+_POLISHING = 16  # derivatives at the most; a fit that has ended takes fewer
 _FIRSTS = 2  # single effects that sets are built upon
 _KEPT_SETS = 6
 _CLOSE = 2.0  # times the best cost: a runner-up that finer fits may still put first
@@ -48,6 +51,9 @@ _KEPT_JOINED = 4  # and from single effects in shares of their sizes
 _MOST_EFFECTS = 3
 _SHAKEN_LOOSE = 0.8  # times the least cost of a silent replay
 EXCUSED = 0.75  # of the gap must be gone before noise round the loop may excuse the rest
+_SHEET_STEPS = 12  # derivatives of the sheet alone, at the most
+_PULLED_OUT = 1.0  # tolerances from which a constant's own effect begins where it was pulled to
+_STRAINED = 1.75  # tolerances: a constant further off may be a cause; one of 2000 sound ones is
 _STRIDE = 5  # responses are added up on every fifth sample
 
 Job = TypeVar("Job")
@@ -64,7 +70,8 @@ class Competition:
     """What came of it.
 
     Attributes:
-        nominal: the model without effects.
+        nominal: the model without effects. sheet: the same with its constants fitted within what the
+            data sheet allows; every set competes against this.
         singles: the best fit of each effect alone, best first.
         winner: the set that is named, or the nominal model if none earned its place.
         rivals: the best sets of the winner's size that hold another effect, best first.
@@ -73,6 +80,7 @@ class Competition:
     """
 
     nominal: Fit
+    sheet: Fit
     singles: tuple[Fit, ...]
     winner: Fit
     rivals: tuple[Fit, ...]
@@ -103,12 +111,17 @@ class _Competition:
         self.names = list(names)
         self.report = report
         self.replays = 0
+        self._threads = threads
         self.nominal = nominal
+        self.null = fitter.fit(nominal, steps=_SHEET_STEPS, side_by_side=threads.map)
+        self.known = self.null  # the nearest fit whose derivatives by the sheet are there
         self.library: list[Fit] = []
-        thin = self.nominal.gap[:, np.flatnonzero(fitter.rows)[::_STRIDE]]
+        thin = self.null.gap[:, np.flatnonzero(fitter.rows)[::_STRIDE]]
         scale = 3.0 + 3.0 * float(np.median(np.abs(thin)))
         self._weights = 1.0 / np.sqrt(1.0 + (thin / scale) ** 2)
-        self._threads = threads
+        # What a pull weighs beside the thinned rows, as the sheet is weighed against a cost.
+        level = float(np.mean((thin * self._weights) ** 2))
+        self._pull_weight = 2.0 * math.sqrt(level * thin.size / fitter.sheet.evidence)
         self._ringing = Ringing(fitter, self.map)
 
     def map(self, work: Callable[[Job], Fit], jobs: Iterable[Job]) -> list[Fit]:
@@ -119,11 +132,15 @@ class _Competition:
 
     def starts(self, base: Fit, names: Iterable[str], most: int) -> list[Fit]:
         """`base` with one more effect, at up to `most` starts that the recording suggests."""
-        evidence = gather(self.fitter.replay, base.values)
+        sheet = self.fitter.sheet
+        evidence = gather(self.fitter.replay.at(sheet.constants(base.pulls)), base.values)
         jobs: list[tuple[str, dict[str, float], bool]] = []
         for name in names:
             if name in base.values:
                 continue
+            found = self._out_of_sheet(base, name)
+            if found is not None:
+                jobs.append((name, found, False))
             for rank, start in enumerate(CATALOGUE[name].starts(evidence)[:most]):
                 if _possible(name, start):
                     jobs.append((name, dict(start), rank == 0))
@@ -134,19 +151,29 @@ class _Competition:
 
         def begin(job: tuple[str, dict[str, float], bool]) -> Fit:
             name, start, first = job
-            fit = self.fitter.evaluate({**base.values, name: start})
+            fit = self.fitter.evaluate({**base.values, name: start}, base.pulls)
             if "phase_rad" in fit.values[name]:
                 return self._in_phase(base, name, fit, all_round=first)
             return fit
 
         return self.map(begin, jobs)
 
+    def _out_of_sheet(self, base: Fit, name: str) -> dict[str, float] | None:
+        """The effect with the value that `base` has pulled its constant to, if far."""
+        sheet, effect = self.fitter.sheet, CATALOGUE[name]
+        row = sheet.index(effect.constant)
+        if row is None or abs(base.pulls[row]) < _PULLED_OUT:
+            return None
+        drive = self.fitter.replay.drive
+        off = float(base.pulls[row] * sheet.tolerance[row])
+        return {effect.parameters[0].name: effect.neutral(drive) + off}
+
     def _in_phase(self, base: Fit, name: str, fit: Fit, *, all_round: bool) -> Fit:
         """A periodic effect with the size and phase that its response in quadrature suggests."""
         given = fit.values[name]
         size = CATALOGUE[name].parameters[0]
         shifted = {**given, "phase_rad": given["phase_rad"] + 0.5 * math.pi}
-        other = self.fitter.evaluate({**base.values, name: shifted})
+        other = self.fitter.evaluate({**base.values, name: shifted}, base.pulls)
         target = self._thin(base)
         pair = np.column_stack([target - self._thin(fit), target - self._thin(other)])
         sine, cosine = np.linalg.lstsq(pair, target, rcond=None)[0]
@@ -157,19 +184,20 @@ class _Competition:
                 given["phase_rad"] + math.atan2(cosine, sine), 2.0 * math.pi
             ),
         }
-        third = self.fitter.evaluate({**base.values, name: turned})
+        third = self.fitter.evaluate({**base.values, name: turned}, base.pulls)
         tried = [fit, other, third]
         if all_round and min(one.fitted for one in tried) > _HELPS * base.fitted:
             # Not a linear matter (a load that rattles in its clearance): the phases all round.
             for quarters in (0.5, 1.5, 2.0, 2.5, 3.0, 3.5):
                 moved = {**given, "phase_rad": given["phase_rad"] + 0.5 * math.pi * quarters}
-                tried.append(self.fitter.evaluate({**base.values, name: moved}))
+                tried.append(self.fitter.evaluate({**base.values, name: moved}, base.pulls))
         best = min(tried, key=lambda one: one.fitted)
         return dataclasses.replace(best, replays=len(tried))
 
     def search(self, fits: Sequence[Fit]) -> list[Fit]:
         """Fit each from afar; best first."""
-        return sorted(self.map(self.fitter.search, fits), key=lambda one: one.fitted)
+        found = self.map(lambda one: self.fitter.search(one, self.known), fits)
+        return sorted(found, key=lambda one: one.fitted)
 
     def best_of(self, sets: Sequence[Fit], promised: Sequence[float]) -> list[Fit]:
         """Fit sets of effects, the less promising ones less far; best first.
@@ -179,7 +207,9 @@ class _Competition:
             promised: the cost that each might reach; those that promised less than the best search
                 leaves are searched, too, and pairs that come to far more than either effect alone.
         """
-        glimpsed = self.map(lambda one: self.fitter.fit(one, steps=2, difference=MEDIUM), sets)
+        glimpsed = self.map(
+            lambda one: self.fitter.fit(one, steps=2, difference=MEDIUM, known=self.known), sets
+        )
         promise = {id(one): score for one, score in zip(glimpsed, promised, strict=True)}
         first = glimpsed[0]
         glimpsed.sort(key=lambda one: one.fitted)
@@ -197,7 +227,7 @@ class _Competition:
             glimpsed = [one for one in glimpsed if one not in hopeful]
             searched = sorted(searched + self.search(hopeful), key=lambda one: one.fitted)
         close = [one for one in searched[1:2] if one.fitted < _CLOSE * searched[0].fitted]
-        polished = self.polish([*searched[:1], *close], 10)
+        polished = self.polish([*searched[:1], *close], _POLISHING)
         rest = searched[len(polished) :] + glimpsed
         return sorted(polished + rest, key=lambda one: one.fitted)
 
@@ -209,7 +239,7 @@ class _Competition:
             alone[name] = min(single.fitted, alone.get(name, math.inf))
 
         def share(one: Fit) -> float:
-            return one.fitted / min(alone.get(name, self.nominal.fitted) for name in one.names)
+            return one.fitted / min(alone.get(name, self.null.fitted) for name in one.names)
 
         pairs = sorted((one for one in sets if len(one.names) == 2), key=share)
         return [one for one in pairs if share(one) < _TOGETHER][:_FURTHER_SETS]
@@ -220,28 +250,36 @@ class _Competition:
 
     def singles(self) -> list[Fit]:
         """The best fit of each effect alone, best first."""
-        started = self.starts(self.nominal, self.names, _STARTS)
+        started = self.starts(self.null, self.names, _STARTS)
         self.library = started
         self.report("starts", 0.3)
-        order = self._most_promising(self.nominal, started)
+        order = self._most_promising(self.null, started)
         kept = order[:_KEPT_SINGLES]
         fitted = self.search(self._sized(kept))
         self.report("single effects", 0.5)
-        polished = self.polish(fitted[:_POLISHED_SINGLES], 8)
+        polished = self.polish(fitted[:_POLISHED_SINGLES], _POLISHING)
+        self.known = min([self.known, *polished], key=lambda one: one.fitted)
         self.library = started + fitted + polished
         rest = [one.fit for one in order[_KEPT_SINGLES:]]
         return sorted(polished + fitted[_POLISHED_SINGLES:] + rest, key=lambda one: one.fitted)
 
     def _thin(self, fit: Fit) -> FloatArray:
+        """What a fit leaves on the thinned rows, and below it its pulls as the price weighs them."""
         rows = np.flatnonzero(self.fitter.rows)[::_STRIDE]
-        gap: FloatArray = (fit.gap[:, rows] * self._weights).ravel()
-        return gap
+        gap = (fit.gap[:, rows] * self._weights).ravel()
+        return np.concatenate([gap, self._pull_weight * fit.pulls])
+
+    def _score(self, rest: FloatArray) -> float:
+        """The cost of what is left, in the form of `_thin`."""
+        size = rest.size - len(self.fitter.sheet)
+        pulls = rest[size:] / self._pull_weight
+        return self.fitter.sheet.priced(robust_mean_square(rest[:size]), pulls)
 
     def _most_promising(self, base: Fit, started: Sequence[Fit]) -> list[_Promise]:
         """The best start of each set upon `base`, most promising first.
 
         A response counts by what it would leave, were it free in size (and linear), beside what
-        `base` could still do by its own parameters.
+        `base` could still do by its own parameters and by the sheet.
         """
         basis = self._basis(base)
         target = self._thin(base)
@@ -253,7 +291,7 @@ class _Competition:
             power = float(response @ response)
             size = float(response @ free) / power if power > 0.0 else 0.0
             size = min(max(size, 0.0), _LARGEST)
-            score = min(one.fitted, robust_mean_square(free - size * response))
+            score = min(one.fitted, self._score(free - size * response))
             key = frozenset(one.names)
             if key not in best or score < best[key].score:
                 best[key] = _Promise(score, size, one, base)
@@ -269,15 +307,17 @@ class _Competition:
             if promise.size <= 0.0 or 0.8 < promise.size < 1.25:
                 return fit
             values = CATALOGUE[name].scaled(fit.values[name], promise.size, drive)
-            other = self.fitter.evaluate({**fit.values, name: values})
+            other = self.fitter.evaluate({**fit.values, name: values}, fit.pulls)
             return min((fit, other), key=lambda one: one.fitted)
 
         return self.map(resize, promises)
 
     def pairs_of_responses(self) -> list[tuple[float, Values]]:
         """Sets of two whose responses, added up with free sizes, leave least; and how much."""
-        target = self._thin(self.nominal)
+        target, basis = self._thin(self.null), self._basis(self.null)
         responses = np.array([target - self._thin(one) for one in self.library])
+        responses -= (responses @ basis) @ basis.T
+        target = target - basis @ (basis.T @ target)
         gram, along = responses @ responses.T, responses @ target
         drive = self.fitter.replay.drive
         found: dict[frozenset[str], tuple[float, Values]] = {}
@@ -318,13 +358,20 @@ class _Competition:
         return self._sized(order), [one.score for one in order]
 
     def _basis(self, fit: Fit) -> FloatArray:
-        """Orthonormal directions in which the fit can still move, on the thinned rows."""
+        """Orthonormal directions in which the fit can still move, in the form of `_thin`.
+
+        The sheet's are held back by their price, which stands among the rows.
+        """
+        size = self._thin(fit).size
         if fit.jacobian is None:
-            return np.zeros((self._thin(fit).size, 0))
-        signals = fit.gap.shape[0]
-        columns = fit.jacobian.reshape(signals, -1, fit.jacobian.shape[1])[:, ::_STRIDE]
-        columns = columns * self._weights[:, :, None]
-        basis: FloatArray = np.linalg.qr(columns.reshape(-1, fit.jacobian.shape[1]))[0]
+            return np.zeros((size, 0))
+        signals, count = fit.gap.shape[0], fit.jacobian.shape[1]
+        columns = fit.jacobian.reshape(signals, -1, count)[:, ::_STRIDE]
+        columns = (columns * self._weights[:, :, None]).reshape(-1, count)
+        priced = np.zeros((len(self.fitter.sheet), count))
+        first = len(fit.coordinates)
+        priced[list(fit.pulled), range(first, count)] = self._pull_weight
+        basis: FloatArray = np.linalg.qr(np.concatenate([columns, priced]))[0]
         return basis
 
 
@@ -352,9 +399,9 @@ def _simplified(run: _Competition, best: Fit) -> Fit:
                 if one.name in best.values[name]
             }
             if all(one.name in shared for one in CATALOGUE[simple].reported):
-                start = run.fitter.evaluate({**values, simple: shared})
+                start = run.fitter.evaluate({**values, simple: shared}, best.pulls)
             else:
-                started = run.starts(run.fitter.evaluate(values), [simple], _STARTS)
+                started = run.starts(run.fitter.evaluate(values, best.pulls), [simple], _STARTS)
                 if not started:
                     continue
                 start = run.search([min(started, key=lambda one: one.fitted)])[0]
@@ -365,7 +412,9 @@ def _simplified(run: _Competition, best: Fit) -> Fit:
 
 
 def at_noise(fitter: Fitter, fit: Fit) -> bool:
-    """Whether noise accounts for what the fit leaves, so that no further effect is needed."""
+    """Whether noise and a sound sheet account for what the fit leaves: no effect is needed."""
+    if np.any(np.abs(fit.pulls) > _STRAINED):
+        return False
     left = misfit(fit.judged)
     if left <= AT_FLOOR * fitter.perfect:
         return True
@@ -402,15 +451,17 @@ def compete(fitter: Fitter, nominal: Fit, names: Sequence[str], report: Report) 
 
 def _compete(run: _Competition) -> Competition:
     fitter, report = run.fitter, run.report
+    if run.null is not run.nominal and at_noise(fitter, run.null):
+        return Competition(run.nominal, run.null, (), run.null, (), {}, run.replays)
     if _shaken_loose(run):
         fitter.replay.shake()
     singles = run.singles()
     report("single effects", 0.6)
-    winner = run.nominal
+    winner = run.null
     rivals: list[Fit] = []
     pool = list(singles)
-    best = _simplified(run, singles[0]) if singles else run.nominal
-    if singles and earns(fitter, best, run.nominal):
+    best = _simplified(run, singles[0]) if singles else run.null
+    if singles and earns(fitter, best, run.null):
         winner = best
         rivals = [one for one in singles if one.names != best.names]
     firsts = singles[:_FIRSTS]
@@ -421,7 +472,10 @@ def _compete(run: _Competition) -> Competition:
             keys = {frozenset(one.names) for one in sets}
             pairs = [one for one in run.pairs_of_responses() if frozenset(one[1]) not in keys]
             del pairs[_KEPT_RESPONSES:]
-            sets += run.map(fitter.evaluate, [values for _, values in pairs])
+            sets += run.map(
+                lambda values: fitter.evaluate(values, run.null.pulls),
+                [values for _, values in pairs],
+            )
             promised += [left for left, _ in pairs]
             both = joined(fitter, singles, run.map)[:_KEPT_JOINED]
             sets += both
@@ -439,7 +493,7 @@ def _compete(run: _Competition) -> Competition:
         size += 1
     winner, without = _pruned(run, _settled(run, winner), pool)
     rivals.sort(key=lambda one: one.judged)
-    return Competition(run.nominal, tuple(singles), winner, tuple(rivals), without, run.replays)
+    return Competition(run.nominal, run.null, tuple(singles), winner, tuple(rivals), without, run.replays)
 
 
 def _shaken_loose(run: _Competition) -> bool:
@@ -449,18 +503,19 @@ def _shaken_loose(run: _Competition) -> bool:
         return False
     ports = ("rotor_friction", "load_friction")
     names = [name for name in run.names if any(hasattr(MODULES[name], port) for port in ports)]
-    silent = run.starts(run.nominal, names, _STARTS)
+    silent = run.starts(run.null, names, _STARTS)
     replay.shake()
-    shaken = run.map(lambda one: run.fitter.evaluate(one.values), silent)
+    shaken = run.map(lambda one: run.fitter.evaluate(one.values, one.pulls), silent)
     replay.calm()
-    nearest = min(one.fitted for one in [run.nominal, *silent])
+    nearest = min(one.fitted for one in [run.null, *silent])
     return any(one.fitted < _SHAKEN_LOOSE * nearest for one in shaken)
 
 
 def _settled(run: _Competition, winner: Fit) -> Fit:
     """The winner fitted until it no longer moves."""
     for _ in range(3 if winner.names else 0):
-        (better,) = run.polish([winner], 10)
+        better = run.fitter.polish(winner, 10, closely=True)
+        run.replays += better.replays
         gain = winner.fitted - better.fitted
         winner = better
         if gain < 0.01 * winner.fitted:
@@ -483,7 +538,7 @@ def _leave_one_out(run: _Competition, winner: Fit, pool: Sequence[Fit]) -> dict[
         known = [one for one in pool if set(one.names) == set(start.names)]
         return min([*known, *run.polish([start], 8)], key=lambda one: one.fitted)
 
-    return leave_one_out(run.fitter, winner, run.nominal, refit)
+    return leave_one_out(run.fitter, winner, run.null, refit)
 
 
 def leave_one_out(
@@ -496,5 +551,8 @@ def leave_one_out(
     found: dict[str, Fit] = {}
     for name in winner.names:
         rest = {key: value for key, value in winner.values.items() if key != name}
-        found[name] = refit(fitter.evaluate(rest)) if rest else nominal
+        # A constant that no effect stands for any more goes on from where it was.
+        own = fitter.sheet.pulled_to(name, winner.values[name], fitter.replay.nominal)
+        start = fitter.evaluate(rest, winner.pulls + own)
+        found[name] = refit(start) if rest else nominal
     return found

@@ -33,7 +33,7 @@ _TORQUE_AT_TIMES = 60.0  # RMS: seldom, but then by far
 _LIMIT_AT_TIMES = 10.0
 _FLANK_MOVED, _FLANK_STAYED = 3.0, 1.5  # RMS of rod against rotor: a load moves the load
 _MOVED = 2.0  # RMS of the same where no torque is missing
-_NO_HELP = 0.8  # of the nominal model's cost: an effect that leaves more is not on the way
+_NO_HELP = 0.8  # of the cost of the sheet alone: an effect that leaves more is not on the way
 _READING = 0.9  # share of the missing torque that a wrong reading of the current would make
 _CONSTANT = 0.99  # the same of a wrong torque constant
 _CARRIED = 0.85  # the same of a friction that grows with what it carries; others stay below 0.65
@@ -99,7 +99,7 @@ def unnamed_block(
     # No limit holds: what is left of the controller is its timing, and a delay of any kind would
     # take something off.
     tried = [block for block in possible if block in best and block != "controller"]
-    if "transmission" in tried and best.get("timing", 0.0) > _NO_HELP * competition.nominal.judged:
+    if "transmission" in tried and best.get("timing", 0.0) > _NO_HELP * competition.sheet.judged:
         return "transmission"
     return min(tried, key=lambda block: best[block]) if tried else next(iter(possible), None)
 

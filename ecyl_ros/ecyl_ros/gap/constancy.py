@@ -83,7 +83,7 @@ def inconstancies(fit: Fit, fitter: Fitter) -> list[Inconstancy]:
         if size == 1.0:
             return fit
         values = CATALOGUE[name].scaled(fit.values[name], size, replay.drive)
-        return fitter.evaluate({**fit.values, name: values})
+        return fitter.evaluate({**fit.values, name: values}, fit.pulls)
 
     found = []
     for name in fit.names:
@@ -119,13 +119,13 @@ def without_effects(
     """The competition with `effects` taken out of its winner, the others fitted anew."""
     winner = competition.winner
     kept = [name for name in winner.names if name not in effects]
-    best = competition.nominal
+    best = competition.sheet
     if kept:
-        start = fitter.evaluate({name: winner.values[name] for name in kept})
+        start = fitter.evaluate({name: winner.values[name] for name in kept}, winner.pulls)
         fit = fitter.polish(start, _STEPS)
         best = fit if earns(fitter, fit, best) else best
     without = leave_one_out(
-        fitter, best, competition.nominal, lambda start: fitter.polish(start, _STEPS)
+        fitter, best, competition.sheet, lambda start: fitter.polish(start, _STEPS)
     )
     rivals = tuple(one for one in competition.singles if one.names != best.names)
     return replace(competition, winner=best, rivals=rivals, leave_one_out=without)

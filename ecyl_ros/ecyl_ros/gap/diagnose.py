@@ -13,11 +13,11 @@ from ..drive.stability import check_stability
 from ..effects.catalogue import CATALOGUE
 from ..errors import InputError
 from ..recording.signals import Recording
-from .attribute import AT_FLOOR, EXCUSED, Competition, compete, gone, misfit
+from .attribute import AT_FLOOR, EXCUSED, Competition, at_noise, compete, gone, misfit
 from .block import unnamed_block
 from .coincidence import Coincidence, without_coincidence
 from .constancy import Inconstancy, without_effects, without_stand_ins
-from .diagnosis import Candidate, Cause, Diagnosis, FittedParameter, Series
+from .diagnosis import Candidate, Cause, Diagnosis, FittedParameter, Series, SheetValue
 from .fit import Fit, Fitter
 from .intervals import intervals
 from .locate import by_condition, by_frequency, by_port, by_signal, pooled
@@ -37,6 +37,7 @@ from .verdict import (
 )
 
 SHORTEST_S = 1.5
+_SEEN = 0.8  # tolerances: an interval as wide as the sheet's says nothing new
 
 
 def diagnose(
@@ -79,7 +80,7 @@ def diagnose(
     no_gap = at_floor(nominal, replay)
     remarks: list[str] = []
     if no_gap:
-        competition = Competition(nominal, (), nominal, (), {}, 1)
+        competition = Competition(nominal, nominal, (), nominal, (), {}, 1)
     else:
         names = [name for name in CATALOGUE if name not in without]
         competition = compete(
@@ -119,7 +120,7 @@ def _steps(fitter: Fitter, competition: Competition) -> list[Fit]:
         for name in full.names:
             rest = {key: value for key, value in full.values.items() if key != name}
             known = competition.leave_one_out.get(name) if full is competition.winner else None
-            options.append(known or fitter.fit(fitter.evaluate(rest), steps=4))
+            options.append(known or fitter.fit(fitter.evaluate(rest, full.pulls), steps=4))
         chain.insert(0, min(options, key=lambda one: one.judged))
     return chain
 
@@ -134,7 +135,8 @@ def _assemble(
     drive_name: str,
     begin: float,
 ) -> Diagnosis:
-    nominal, winner = competition.nominal, competition.winner
+    nominal, winner, alone = competition.nominal, competition.winner, competition.sheet
+    within_sheet = not no_gap and alone is not nominal and at_noise(fitter, alone)
     held: BoolArray = fitter.held
 
     def in_all(fit: Fit) -> float:
@@ -154,8 +156,8 @@ def _assemble(
         order: list[str] = []
         for fit in chain:
             order += [name for name in fit.names if name not in order]
-        spans = intervals(winner, fitter.rows, replay.time_s)
-        previous = before
+        spans, _ = intervals(winner, fitter.rows, replay.time_s)
+        previous = in_all(alone)
         for name, fit in zip(order, chain, strict=True):
             now = in_all(fit)
             others = alternatives(competition, name)
@@ -187,7 +189,7 @@ def _assemble(
             )
             previous = now
     named = bool(causes) and min(one.confidence for one in causes) >= NAMED
-    helps = (before - in_all(winner)) >= HELPS * (before - white)
+    helps = (in_all(alone) - in_all(winner)) >= HELPS * (in_all(alone) - white)
     # A few impacts that noise has moved may stand for most of the RMS, and hide what is gone.
     helps = helps or (place.left <= AT_FLOOR and gone(fitter, winner) >= EXCUSED)
     named = named and helps
@@ -202,16 +204,20 @@ def _assemble(
             f"with {' and '.join(one.title for one in causes)} the loop makes more of the noise: "
             f"a perfect model would leave {floor / white:.1f} times the noise of the sensors"
         )
-    final = winner if named else nominal
+    final = winner if named else alone
     after = in_all(final)
-    shrink = max(0.0, min(1.0, (before - after) / surplus)) if named else 0.0
-    ports = by_port(replay)
+    shrink = (before - after) / surplus if named or within_sheet else 0.0
+    shrink = max(0.0, min(1.0, shrink))
+    found = replay.at(fitter.sheet.constants(final.pulls))
+    ports = by_port(found)
     block: str | None
     if no_gap:
         verdict, block = "no_gap", None
+    elif within_sheet:
+        verdict, block = "within_sheet", None
     elif not named:
-        verdict, block = "unexplained", unnamed_block(competition, ports, replay)
-    elif shrink >= EXPLAINED_SHRINK and misfit(winner.judged) / perfect <= STRUCTURELESS:
+        verdict, block = "unexplained", unnamed_block(competition, ports, found)
+    elif shrink >= EXPLAINED_SHRINK and misfit(winner.left) / perfect <= STRUCTURELESS:
         verdict, block = "explained", causes[0].block
     else:
         verdict, block = "partly_explained", causes[0].block
@@ -241,25 +247,51 @@ def _assemble(
             replay.reference_m,
             replay.recorded,
             replay.simulate(nominal.values),
-            replay.simulate(final.values),
+            replay.simulate(final.values, fitter.sheet.constants(final.pulls)),
             fitter.held,
             replay.usable,
             int(replay.recording.stamp_ns[0]),
         ),
         seconds=time.perf_counter() - begin,
         replays=competition.replays,
-        misfit_before=misfit(nominal.judged),
-        misfit_after=misfit(final.judged),
+        misfit_before=misfit(nominal.left),
+        misfit_after=misfit(final.left),
         misfit_perfect=perfect if named else fitter.perfect,
-        misfit_best=misfit(winner.judged),
+        misfit_best=misfit(winner.left),
         margin=place.margin,
         duration_s=float(replay.time_s[-1]),
         rate_hz=replay.recording.rate_hz,
+        sheet=_sheet(fitter, final),
+        within_sheet=in_all(alone),
+    )
+
+
+def _sheet(fitter: Fitter, final: Fit) -> tuple[SheetValue, ...]:
+    """The data sheet as it was found beside the causes; what they stand for is left out."""
+    sheet = fitter.sheet
+    if not len(sheet) or final is fitter.nominal:
+        return ()
+    _, halves = intervals(final, fitter.rows, fitter.replay.time_s)
+    rows = np.flatnonzero(sheet.free(final.values))
+    return tuple(
+        SheetValue(
+            sheet.keys[row],
+            sheet.units[row],
+            float(sheet.nominal[row]),
+            float(sheet.tolerance[row]),
+            *(
+                float(sheet.nominal[row] + sheet.tolerance[row] * (final.pulls[row] + off))
+                for off in (0.0, -halves[row], halves[row])
+            ),
+            pull=float(final.pulls[row]),
+            seen=bool(halves[row] < _SEEN),
+        )
+        for row in rows.tolist()
     )
 
 
 def _ranked(competition: Competition) -> list[Fit]:
-    pool = [competition.winner, *competition.rivals, *competition.singles, competition.nominal]
+    pool = [competition.winner, *competition.rivals, *competition.singles, competition.sheet]
     unique: dict[frozenset[str], Fit] = {}
     for one in pool:
         key = frozenset(one.names)

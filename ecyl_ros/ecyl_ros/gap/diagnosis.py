@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
-VERDICTS = ("no_gap", "explained", "partly_explained", "unexplained")
+VERDICTS = ("no_gap", "within_sheet", "explained", "partly_explained", "unexplained")
 
 
 @dataclass(frozen=True)
@@ -98,6 +98,26 @@ class Cause:
 
 
 @dataclass(frozen=True)
+class SheetValue:
+    """A constant of the data sheet as the recording shows it, in its unit.
+
+    tolerance: half width that holds 95 % of sound machines. value, low, high: found, with its 95 %
+    interval. pull: (value - nominal) / tolerance, 1 at the edge of the sheet. seen: whether the
+    recording says more of it than the sheet does.
+    """
+
+    parameter: str
+    unit: str
+    nominal: float
+    tolerance: float
+    value: float
+    low: float
+    high: float
+    pull: float
+    seen: bool
+
+
+@dataclass(frozen=True)
 class Candidate:
     """A set of effects that competed: misfit over the noise floor, fitted and held out."""
 
@@ -180,6 +200,8 @@ class Diagnosis:
             each cause was added, in order (waterfall).
         candidates: what competed, best first.
         notes: what the diagnosis rests on and could not judge or tell, one line each.
+        sheet: the constants that the data sheet leaves open, as they were found beside the causes.
+            within_sheet: the pooled gap with these alone, without causes.
         values: {effect: {parameter: value}} of the causes, shape parameters included, as a drive
             file takes them.
         seconds, replays: what it took.
@@ -222,6 +244,8 @@ class Diagnosis:
     measured: tuple[Measured, ...] = ()
     floor_is: str = "measurement noise"
     stretches: tuple[StretchGap, ...] = ()
+    sheet: tuple[SheetValue, ...] = ()
+    within_sheet: float | None = None
 
     def as_json(self) -> dict[str, Any]:
         """The diagnosis as plain data, schema `ecyl.diagnosis/1`."""
@@ -277,11 +301,25 @@ class Diagnosis:
             ],
             "gap": {
                 "before": self.before,
+                "sheet": self.before if self.within_sheet is None else self.within_sheet,
                 "after": self.after,
                 "floor": self.floor,
                 "shrink": self.shrink,
                 "held_out": True,
             },
+            "sheet": [
+                {
+                    "parameter": one.parameter,
+                    "unit": one.unit,
+                    "nominal": one.nominal,
+                    "tolerance": one.tolerance,
+                    "value": one.value,
+                    "ci95": [one.low, one.high],
+                    "pull": one.pull,
+                    "seen": one.seen,
+                }
+                for one in self.sheet
+            ],
             "misfit": {
                 "before": self.misfit_before,
                 "after": self.misfit_after,

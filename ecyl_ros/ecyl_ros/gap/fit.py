@@ -1,19 +1,26 @@
-"""Least-squares fits of effects' parameters to a recording, by replaying it in closed loop."""
+"""Fits of effects' parameters to a recording, by replaying it in closed loop.
+
+Beside the parameters of the effects the constants of the data sheet are fitted, each at the price
+of leaving it (`sheet`): what a candidate has to beat is the sheet, not its nominal point.
+"""
 
 from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
-from scipy.optimize import least_squares, minimize_scalar
+from numpy.typing import NDArray
+from scipy.linalg import LinAlgError, cho_factor, cho_solve
+from scipy.optimize import minimize_scalar
 
 from ..effects.catalogue import CATALOGUE
 from ..effects.effect import Quantity
 from .replay import BoolArray, FloatArray, Replay
+from .sheet import Sheet
 
 Values = dict[str, dict[str, float]]  # {effect: {parameter: value}}
 
@@ -29,8 +36,14 @@ _SWEEPS = 2  # along size and phase of a periodic effect
 _NOISIEST = 4.0  # times a perfect model's misfit: no effect excuses more
 _AMPLIFIED = 1.2  # times a perfect model's misfit: from here on noise counts as amplified
 _NEAR_FLOOR = 1.3  # times a perfect model's cost: no closer look needed
+_STUCK = 0.95  # of the cost: a joint fit that leaves more has nothing to go on with
 _REACH = 60.0  # a fit may change a positive parameter by this factor either way
-_CONVERGED = 1e-5
+_CONVERGED, _ON_THE_WAY = 0.02, 0.5  # falls of the objective below which a fit, a search has ended
+_PULLED = 0.02  # tolerances by which a constant is moved for its derivative
+_CLOSELY = 0.01  # the same, both ways, and of any coordinate, where exchanges are to be told
+# Levenberg's damping, tried in turn until a step leaves less; steps that come near need none.
+_DAMPING = (0.0, 1e-2, 0.1, 1.0, 10.0)
+_GOOD_STEP = 0.25  # share of the promised fall from which the next damping is not tried
 
 
 def cost(gap: FloatArray, rows: BoolArray) -> float:
@@ -103,22 +116,29 @@ class Coordinate:
 
 @dataclass(frozen=True, eq=False)
 class Fit:
-    """Effects with fitted parameters.
+    """Effects with fitted parameters, and the sheet beside them.
 
     Attributes:
         values: {effect: {parameter: value}}.
+        pulls: float64[k], of the sheet's constants; 0 where an effect stands for the constant.
         gap: float64[signals, n], what is left over the noise floor.
-        fitted, judged: `cost` on the fitted and on the held-out stretches.
-        coordinates: the fitted parameters, and `jacobian` float64[signals x fitted rows, k] of the
-            gap by their coordinates at the end of the fit (None for values not fitted).
+        fitted, judged: `cost` on the fitted and on the held-out stretches, raised by the price of
+            the pulls.
+        left: `cost` on the held-out stretches alone.
+        coordinates: the fitted parameters; `pulled`: the constants fitted beside them, rows of the
+            sheet; `jacobian` float64[signals x fitted rows, k] of the gap by both at the end of the
+            fit (None for values not fitted).
         replays: how many runs it took.
     """
 
     values: Values
+    pulls: FloatArray
     gap: FloatArray
     fitted: float
     judged: float
+    left: float
     coordinates: tuple[Coordinate, ...] = ()
+    pulled: tuple[int, ...] = ()
     jacobian: FloatArray | None = None
     replays: int = field(default=1)
 
@@ -141,10 +161,16 @@ class Fit:
 
 
 class Fitter:
-    """Evaluates and fits sets of effects on one replay."""
+    """Evaluates and fits sets of effects on one replay.
+
+    Attributes:
+        replay: of the recording. sheet: of its drive. held, rows: bool[n], stretches that are
+            judged and those that are fitted. perfect: robust misfit of a perfect model.
+    """
 
     def __init__(self, replay: Replay, held: BoolArray) -> None:
         self.replay = replay
+        self.sheet = Sheet.of(replay.nominal, float(replay.time_s[-1]))
         self.held = held & replay.usable
         self.rows = ~held & replay.usable
         # Robust misfit of a perfect model: 0.92 for white noise at the floor.
@@ -152,8 +178,8 @@ class Fitter:
 
     @cached_property
     def nominal(self) -> Fit:
-        """The model without effects."""
-        return self.evaluate({})
+        """The model without effects, its constants as the sheet has them."""
+        return self.evaluate({}, self.sheet.at_nominal)
 
     def perfect_with(self, values: Values) -> float:
         """Robust misfit that a perfect model leaves with these effects, no less than without.
@@ -178,14 +204,25 @@ class Fitter:
         rms: FloatArray = np.maximum(1.0, np.sqrt(np.mean(healthy**2, axis=1)))
         return np.minimum(rms, _NOISIEST)
 
-    def evaluate(self, values: Mapping[str, Mapping[str, float]]) -> Fit:
-        """What is left with given parameters."""
+    def evaluate(self, values: Mapping[str, Mapping[str, float]], pulls: FloatArray) -> Fit:
+        """What is left with given parameters, and constants pulled off their nominal values."""
         full = {name: CATALOGUE[name].complete(given) for name, given in values.items()}
-        gap = self.replay.gap(full)
-        return Fit(full, gap, cost(gap, self.rows), cost(gap, self.held))
+        pulls = np.where(self.sheet.free(full), pulls, 0.0)
+        gap = self.replay.gap(full, self.sheet.constants(pulls))
+        left = cost(gap, self.held)
+        return Fit(
+            full,
+            pulls,
+            gap,
+            self.sheet.priced(cost(gap, self.rows), pulls),
+            self.sheet.priced(left, pulls),
+            left,
+        )
 
-    def search(self, start: Fit) -> Fit:
+    def search(self, start: Fit, known: Fit | None = None) -> Fit:
         """Fit from afar, without the parameters that only shape an effect.
+
+        known: a fit whose derivatives by the sheet are near enough to be used.
 
         One parameter: golden sections and parabolas along its valley, which no spike can mislead.
         Several: the same along each effect that has but one, and along size and phase of those
@@ -194,7 +231,7 @@ class Fitter:
         """
         coordinates = self._coordinates(start, nuisances=False)
         if len(coordinates) == 1:
-            return self._search_along(start, coordinates[0])
+            return self._search_one(start, coordinates[0], known)
         replays, best = 0, start
         # One parameter at a time first, the latest addition to a set before the others.
         for name in reversed(start.names):
@@ -205,17 +242,35 @@ class Fitter:
                     best = self._search_along(best, one, closely=not periodic)
                     replays += best.replays
         turned = self._turn(best)
-        found = self.fit(turned, steps=6, difference=COARSE)
+        found = self.fit(turned, steps=6, difference=COARSE, known=known, least=_ON_THE_WAY)
         again = self._turn(found)
-        finer = self.fit(again, steps=4, difference=MEDIUM)
+        finer = self.fit(again, steps=4, difference=MEDIUM, known=known, least=_ON_THE_WAY)
         replays += turned.replays + found.replays + again.replays + finer.replays
         return dataclasses.replace(finer, replays=replays)
 
-    def polish(self, start: Fit, steps: int) -> Fit:
-        """Fit to the end, with the parameters that only shape an effect."""
+    def _search_one(self, start: Fit, one: Coordinate, known: Fit | None) -> Fit:
+        """Along the valley of a single parameter, and then with the sheet beside it, in turn."""
+        best = self._search_along(start, one)
+        replays = best.replays
+        for _ in range(2 if self.sheet.free(start.values).any() else 0):
+            before = best.fitted
+            best = self.fit(best, steps=5, difference=MEDIUM, known=known, least=_ON_THE_WAY)
+            replays += best.replays
+            if best.fitted <= _NEAR_FLOOR * self.perfect**2 or best.fitted > _STUCK * before:
+                break
+            again = self._search_along(best, one)
+            replays += again.replays
+            best = again
+        return dataclasses.replace(best, replays=replays)
+
+    def polish(self, start: Fit, steps: int, *, closely: bool = False) -> Fit:
+        """Fit to the end, with the parameters that only shape an effect.
+
+        closely: with derivatives good enough to tell what can be exchanged for what.
+        """
         shaped = self._shape(start)
         found = self.fit(shaped, steps=steps // 2, nuisances=True, difference=MEDIUM)
-        finer = self.fit(found, steps=steps - steps // 2, nuisances=True)
+        finer = self.fit(found, steps=steps - steps // 2, nuisances=True, closely=closely)
         replays = shaped.replays + found.replays + finer.replays
         return dataclasses.replace(finer, replays=replays)
 
@@ -234,7 +289,7 @@ class Fitter:
                 for factor in _SHAPES:
                     value = min(max(middle * factor, one.low), one.high)
                     values = {**best.values, name: {**best.values[name], one.name: value}}
-                    tried = self.evaluate(values)
+                    tried = self.evaluate(values, best.pulls)
                     costs.append(tried.fitted)
                     if tried.fitted < best.fitted:
                         best = tried
@@ -265,7 +320,7 @@ class Fitter:
                         "phase_rad": centre["phase_rad"] - np.pi * offset * float(time[-1]),
                     }
                     replays += 1
-                    tried = self.evaluate({**best.values, name: turned})
+                    tried = self.evaluate({**best.values, name: turned}, best.pulls)
                     if tried.fitted < best.fitted:
                         best = tried
         return dataclasses.replace(best, replays=replays)
@@ -277,7 +332,7 @@ class Fitter:
             nonlocal best, replays
             values = {name: dict(given) for name, given in start.values.items()}
             values[one.effect][one.quantity.name] = one.outward(float(point))
-            found = self.evaluate(values)
+            found = self.evaluate(values, start.pulls)
             replays += 1
             if found.fitted < best.fitted:
                 best = found
@@ -318,78 +373,167 @@ class Fitter:
         steps: int,
         nuisances: bool = False,
         difference: float = FINE,
+        least: float = _CONVERGED,
+        closely: bool = False,
+        known: Fit | None = None,
+        side_by_side: Map = map,
     ) -> Fit:
         """Fit from `start`, with at most `steps` derivatives.
 
-        nuisances: fit the parameters that only shape an effect (a friction's presliding) too;
-        phases always are. difference: step of the numerical derivatives.
+        Gauss-Newton with Cauchy's weights, damped where a step leaves more (Levenberg): the
+        logarithm of the cost, times the evidence, plus the price of the sheet.
+
+        Args:
+            start: where to begin.
+            steps: derivatives at the most.
+            nuisances: fit the parameters that only shape an effect (a friction's presliding) too;
+                phases always are.
+            difference: step of the numerical derivatives by effects' parameters.
+            least: fall of the objective below which the fit has ended.
+            closely: central differences, fine ones, for all.
+            known: a fit whose derivatives by the sheet are used, if it has any.
+            side_by_side: does the replays of one derivative.
         """
+        coordinates = self._coordinates(start, nuisances=nuisances)
+        pulled = np.flatnonzero(self.sheet.free(start.values))
+        size = len(coordinates) + len(pulled)
+        if not size:
+            return start
+        low, high = self._bounds(coordinates, pulled)
         # Far from the floor the scale of the loss is that of the gap, so that all of it pulls.
         loss_scale = max(LOSS_SCALE, 3.0 * float(np.median(np.abs(start.gap[:, self.rows]))))
-        coordinates = self._coordinates(start, nuisances=nuisances)
-        if not coordinates:
-            return start
-        best = start
+        steps_of = np.array(
+            [difference * one.fineness for one in coordinates] + [_PULLED] * len(pulled)
+        )
+        if closely:
+            steps_of = np.minimum(steps_of, _CLOSELY)
+        precision = np.array([0.0] * len(coordinates) + [4.0] * len(pulled))
         replays = 0
-        jacobians: dict[bytes, FloatArray] = {}
-        seen: dict[bytes, Fit] = {}
 
         def at(point: FloatArray) -> Fit:
-            nonlocal best, replays
-            key = point.tobytes()
-            if key not in seen:
-                values = {name: dict(given) for name, given in start.values.items()}
-                for one, coordinate in zip(coordinates, point, strict=True):
-                    values[one.effect][one.quantity.name] = one.outward(float(coordinate))
-                seen[key] = self.evaluate(values)
-                replays += 1
-                if seen[key].fitted < best.fitted:
-                    best = seen[key]
-            return seen[key]
+            values = {name: dict(given) for name, given in start.values.items()}
+            for one, coordinate in zip(coordinates, point, strict=False):
+                values[one.effect][one.quantity.name] = one.outward(float(coordinate))
+            pulls = start.pulls.copy()
+            pulls[pulled] = point[len(coordinates) :]
+            return self.evaluate(values, pulls)
 
-        def residual(point: FloatArray) -> FloatArray:
-            return at(point).gap[:, self.rows].ravel()
+        def objective(fit: Fit) -> float:
+            scaled = _cauchy(fit.gap[:, self.rows], loss_scale)
+            return self.sheet.evidence * math.log(scaled) + self.sheet.price(fit.pulls)
 
-        def jacobian(point: FloatArray) -> FloatArray:
-            base = residual(point)
-            columns = np.empty((base.size, len(coordinates)))
-            for index, one in enumerate(coordinates):
-                step = difference * one.fineness
-                if point[index] + step > one.high:
-                    step = -step
+        point = np.clip(
+            np.concatenate(
+                [
+                    [
+                        one.inward(start.values[one.effect][one.quantity.name])
+                        for one in coordinates
+                    ],
+                    start.pulls[pulled],
+                ]
+            ),
+            low,
+            high,
+        )
+        now = at(point)
+        best = now if now.fitted < start.fitted else start
+        value = objective(now)
+        columns = np.empty((now.gap[:, self.rows].size, size))
+        wanted = list(range(size))
+        if known is not None and known.jacobian is not None and known.pulled:
+            wanted = wanted[: len(coordinates)]
+            for index, row in enumerate(pulled.tolist()):
+                if row in known.pulled:
+                    at_known = len(known.coordinates) + known.pulled.index(row)
+                    columns[:, len(coordinates) + index] = known.jacobian[:, at_known]
+                else:
+                    wanted.append(len(coordinates) + index)
+        for _ in range(steps):
+            base = now.gap[:, self.rows].ravel()
+            turns = np.where(point + steps_of > high, -steps_of, steps_of)
+
+            def slope(
+                index: int, point: FloatArray = point, turns: FloatArray = turns, base=base
+            ) -> FloatArray:
                 moved = point.copy()
-                moved[index] += step
-                columns[:, index] = (residual(moved) - base) / step
-            jacobians[point.tobytes()] = columns
-            return columns
+                moved[index] += turns[index]
+                ahead = at(moved).gap[:, self.rows].ravel()
+                if not closely:
+                    found: FloatArray = (ahead - base) / turns[index]
+                    return found
+                moved[index] -= 2.0 * turns[index]
+                found = (ahead - at(moved).gap[:, self.rows].ravel()) / (2.0 * turns[index])
+                return found
 
-        begin = np.array(
-            [one.inward(start.values[one.effect][one.quantity.name]) for one in coordinates]
+            for index, column in zip(wanted, side_by_side(slope, wanted), strict=True):
+                columns[:, index] = column
+            replays += (2 if closely else 1) * len(wanted)
+            weights = 1.0 / (1.0 + (base / loss_scale) ** 2)
+            scale = self.sheet.evidence / (_cauchy(base, loss_scale) * base.size)
+            weighted = columns * weights[:, None]
+            hessian = scale * (weighted.T @ columns)
+            slope_of = scale * (weighted.T @ base) + precision * point
+            gained, promised = 0.0, 0.0
+            for damping in _DAMPING:
+                moved, fall = _step(hessian, slope_of, precision, point, damping, low, high)
+                tried = at(moved)
+                replays += 1
+                if tried.fitted < best.fitted:
+                    best = tried
+                gain = value - objective(tried)
+                if gain > gained:
+                    gained, promised, after, reached = gain, fall, tried, moved
+                if gained > 0.0 and gained >= _GOOD_STEP * promised:
+                    break
+            if gained <= least:
+                break
+            now, point, value = after, reached, value - gained
+        return dataclasses.replace(
+            best,
+            coordinates=coordinates,
+            pulled=tuple(pulled.tolist()),
+            jacobian=columns,
+            replays=replays,
         )
-        # A parameter without any response makes scipy divide by zero on its way to "no step".
-        with np.errstate(all="ignore"):
-            result = least_squares(
-                residual,
-                begin,
-                jac=jacobian,
-                bounds=([one.low for one in coordinates], [one.high for one in coordinates]),
-                x_scale="jac",
-                max_nfev=steps,
-                ftol=_CONVERGED,
-                xtol=1e-7,
-                gtol=None,
-                loss="cauchy",
-                f_scale=loss_scale,
-            )
-        last = jacobians.get(result.x.tobytes())
-        if last is None and jacobians:
-            last = list(jacobians.values())[-1]
-        return Fit(
-            best.values,
-            best.gap,
-            best.fitted,
-            best.judged,
-            coordinates,
-            last,
-            replays,
-        )
+
+    def _bounds(
+        self, coordinates: Sequence[Coordinate], pulled: NDArray[np.int64]
+    ) -> tuple[FloatArray, FloatArray]:
+        """Lowest and highest values of the coordinates and of the pulls, float64[k] each."""
+        lowest, highest = self.sheet.bounds()
+        low = np.concatenate([[one.low for one in coordinates], lowest[pulled]])
+        return low, np.concatenate([[one.high for one in coordinates], highest[pulled]])
+
+
+def _cauchy(values: FloatArray, scale: float) -> float:
+    """Cauchy's mean square of differences, linear beyond `scale`."""
+    return float(np.mean(scale**2 * np.log1p((values / scale) ** 2)))
+
+
+def _step(
+    hessian: FloatArray,
+    slope: FloatArray,
+    precision: FloatArray,
+    point: FloatArray,
+    damping: float,
+    low: FloatArray,
+    high: FloatArray,
+) -> tuple[FloatArray, float]:
+    """Where a damped step from `point` leads within the bounds, and the fall that it promises.
+
+    hessian, slope: of half the objective, the price's slope included; precision: of the price.
+    """
+    size = np.diag(hessian) + precision
+    size = np.where(size > 0.0, size, 1.0)
+    # Scaled by its own curvature; what nothing depends on stays where it is.
+    root = 1.0 / np.sqrt(size)
+    full = (hessian + np.diag(precision)) * np.outer(root, root)
+    full[np.diag_indices_from(full)] += damping + 1e-9
+    try:
+        step = -root * cho_solve(cho_factor(full), root * slope)
+    except LinAlgError:
+        return point, 0.0
+    reached = np.clip(point + step, low, high)
+    step = reached - point
+    fall = -2.0 * float(slope @ step) - float(step @ (hessian + np.diag(precision)) @ step)
+    return reached, max(fall, 0.0)

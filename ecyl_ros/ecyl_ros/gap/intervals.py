@@ -1,4 +1,8 @@
-"""95 % intervals of fitted parameters that hold although what is left of the gap is not white."""
+"""95 % intervals of fitted parameters that hold although what is left of the gap is not white.
+
+The constants of the data sheet are fitted beside them: what is not known of these widens the
+intervals of what they can be exchanged for.
+"""
 
 from __future__ import annotations
 
@@ -17,10 +21,11 @@ FORM = 4e-3
 
 
 def variances(fit: Fit, rows: BoolArray, time_s: FloatArray) -> tuple[FloatArray, int]:
-    """Variance of each of the fit's coordinates, and how many stretches it rests on.
+    """Variance of each of the fit's coordinates and pulls, and how many stretches it rests on.
 
     The sandwich estimator over stretches of the recording: within a stretch the residual may be
-    correlated as it likes. Never less than what white noise at the floor would give.
+    correlated as it likes. Never less than what white noise at the floor would give. The sheet
+    counts as a measurement of its own.
     """
     jacobian = fit.jacobian
     if jacobian is None:
@@ -31,6 +36,8 @@ def variances(fit: Fit, rows: BoolArray, time_s: FloatArray) -> tuple[FloatArray
     weight = 1.0 / (1.0 + (residual / LOSS_SCALE) ** 2)
     columns = jacobian.reshape(signals, -1, size)
     hessian = np.einsum("snk,sn,snl->kl", columns, weight, columns)
+    sheet = np.diag([0.0] * len(fit.coordinates) + [4.0] * len(fit.pulled))
+    hessian += sheet
     inverse = np.linalg.pinv(hessian, rcond=1e-12, hermitian=True)
     stretch = np.floor(time_s[rows] / STRETCH_S).astype(np.int64)
     scores = np.einsum("snk,sn->nk", columns, weight * residual)
@@ -38,15 +45,19 @@ def variances(fit: Fit, rows: BoolArray, time_s: FloatArray) -> tuple[FloatArray
     summed = np.array([scores[stretch == label].sum(axis=0) for label in labels])
     count = len(labels)
     correction = count / max(count - 1, 1)
-    sandwich = inverse @ (correction * summed.T @ summed) @ inverse
+    sandwich = inverse @ (correction * summed.T @ summed + sheet) @ inverse
     variance: FloatArray = np.maximum(np.diag(sandwich), np.diag(inverse))
     return variance, count
 
 
 def intervals(
     fit: Fit, rows: BoolArray, time_s: FloatArray
-) -> dict[tuple[str, str], tuple[float, float]]:
-    """95 % interval of each fitted parameter: {(effect, parameter): (low, high)}."""
+) -> tuple[dict[tuple[str, str], tuple[float, float]], FloatArray]:
+    """95 % intervals of what was fitted.
+
+    Returns ({(effect, parameter): (low, high)}, half widths of the pulls float64[k], that of the
+    sheet where a constant was not fitted).
+    """
     spread, count = variances(fit, rows, time_s)
     found = {}
     quantile = float(student.ppf(0.975, max(count - 1, 2)))
@@ -60,4 +71,7 @@ def intervals(
             max(min(low, high), one.quantity.low),
             min(max(low, high), one.quantity.high),
         )
-    return found
+    pulls = np.ones(len(fit.pulls))
+    for row, variance in zip(fit.pulled, spread[len(fit.coordinates) :], strict=True):
+        pulls[row] = min(1.96 * math.sqrt(max(float(variance), 0.0)), 1.0)
+    return found, pulls

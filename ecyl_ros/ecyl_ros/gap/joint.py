@@ -9,6 +9,7 @@ alone.
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable, Iterable, Sequence
 from itertools import combinations, product
 
@@ -47,5 +48,7 @@ def joined(fitter: Fitter, singles: Sequence[Fit], side_by_side: Map) -> list[Fi
         jobs = [
             {**resized(first, one, drive), **resized(second, other, drive)} for one, other in sizes
         ]
-        best.append(min(side_by_side(fitter.evaluate, jobs), key=lambda one: one.fitted))
+        pulls = 0.5 * (first.pulls + second.pulls)
+        tried = side_by_side(functools.partial(fitter.evaluate, pulls=pulls), jobs)
+        best.append(min(tried, key=lambda one: one.fitted))
     return sorted(best, key=lambda one: one.fitted)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import dataclasses
 import math
 from collections.abc import Mapping
@@ -16,6 +17,7 @@ from ..drive.engine import COLUMNS, MEASUREMENT, VOLTAGE, run_ticks
 from ..drive.packed import fastest_rate, pack
 from ..drive.parameters import DriveParameters
 from ..drive.plant import MEASURED, initial_state, voltage_queue
+from ..drive.tolerances import with_constants
 from ..errors import InputError
 from ..recording.signals import Recording
 from .pushed import run_pushed
@@ -24,6 +26,8 @@ from .screen import screen
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 Effects = Mapping[str, Mapping[str, float]]
+Constants = Mapping[str, float]
+_NONE: Constants = {}
 
 
 @dataclass(frozen=True)
@@ -291,6 +295,18 @@ class Replay:
         if controller.current.ki > 0.0:
             self._integrals[2] = voltage / controller.current.ki
 
+    def at(self, constants: Constants) -> Replay:
+        """The same recording with other constants taken for nominal, as a fit has found them.
+
+        The controller goes on believing in those of the drive file.
+        """
+        other = copy.copy(self)
+        other.drive = with_constants(self.drive, constants)
+        if self._shaking is not None:
+            drive, alone = self._shaking
+            other._shaking = with_constants(drive, constants), alone
+        return other
+
     @property
     def reference_m(self) -> FloatArray:
         """float64[n], the rod position asked for at the recording's samples."""
@@ -307,14 +323,17 @@ class Replay:
     def packed(self, effects: Effects, drive: DriveParameters | None = None) -> NDArray[np.void]:
         """The packed record of the drive with `effects` added to those of the drive file.
 
-        drive: in place of the nominal model free of noise.
+        drive: in place of the nominal model free of noise; the controller goes on believing in the
+        nominal one.
         """
         base = drive or self.drive
         drive = dataclasses.replace(base, effects={**base.effects, **effects})
         substeps = math.ceil(
             fastest_rate(drive) / (_REPLAY_RATE_STEP * drive.controller.rate) - 1e-9
         )
-        return pack(drive, substeps=min(max(1, substeps), _MOST_SUBSTEPS))
+        return pack(
+            drive, substeps=min(max(1, substeps), _MOST_SUBSTEPS), believed=self.nominal
+        )
 
     def run(
         self,
@@ -399,16 +418,19 @@ class Replay:
         samples = self.run(effects, drive)
         return self._on_samples(samples[:, [one.column for one in self.signals]])
 
-    def simulate(self, effects: Effects) -> FloatArray:
-        """What the model gives at the recording's stamps: float64[signals, n]."""
-        if self._shaking is None:
-            return self._columns(effects)
-        drive, alone = self._shaking
-        return self._columns(effects, drive) - alone
+    def simulate(self, effects: Effects, constants: Constants = _NONE) -> FloatArray:
+        """What the model gives at the recording's stamps: float64[signals, n].
 
-    def gap(self, effects: Effects) -> FloatArray:
+        constants: {key of the drive file: value} in place of the nominal ones.
+        """
+        if self._shaking is None:
+            return self._columns(effects, with_constants(self.drive, constants))
+        drive, alone = self._shaking
+        return self._columns(effects, with_constants(drive, constants)) - alone
+
+    def gap(self, effects: Effects, constants: Constants = _NONE) -> FloatArray:
         """Recorded less simulated over the noise floor, float64[signals, n]; 0 where not usable."""
-        return self.gap_of(self.simulate(effects))
+        return self.gap_of(self.simulate(effects, constants))
 
     def gap_of(self, simulated: FloatArray) -> FloatArray:
         """The same of what was simulated, float64[signals, n]."""

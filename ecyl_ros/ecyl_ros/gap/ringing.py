@@ -83,7 +83,8 @@ class Ringing:
         (quantity,) = CATALOGUE[name].parameters
 
         def tried(delay: float) -> Fit:
-            return self._fitter.evaluate({**base.values, name: {quantity.name: float(delay)}})
+            values = {**base.values, name: {quantity.name: float(delay)}}
+            return self._fitter.evaluate(values, base.pulls)
 
         grid = _GRID * tick
         unlike = np.array([self._unlike(one) for one in self._map(tried, grid)])

@@ -63,9 +63,9 @@ def at_floor(fit: Fit, replay: Replay) -> bool:
 def standing(competition: Competition, perfect: float) -> Standing:
     """Where the winner stands; perfect: robust misfit of a perfect model."""
     winner = competition.winner
-    left = misfit(winner.judged) / perfect
+    left = misfit(winner.left) / perfect
     rivals = [one for one in competition.rivals if not _contains(one, winner)]
-    margin = misfit(min((one.judged for one in rivals), default=competition.nominal.judged))
+    margin = misfit(min((one.judged for one in rivals), default=competition.sheet.judged))
     return Standing(left, margin / misfit(winner.judged))
 
 
