@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import pytest
+from sheets import exact
 
-from ecyl_ros.drive.drive_file import load_drive
 from ecyl_ros.effects.effect import BLOCKS
 from ecyl_ros.gap.blind.cases import Case, record_case
 from ecyl_ros.gap.block import possible_blocks
@@ -33,7 +33,7 @@ CASES = [
 @pytest.mark.parametrize(("effects", "block"), CASES, ids=[next(iter(e)) for e, _ in CASES])
 def test_port_checks_leave_the_true_block(effects, block) -> None:
     """On another make of machine the balances at the ports rule out blocks, never the true one."""
-    drive = load_drive("bench")
+    drive = exact("bench")
     replay = Replay(record_case(Case(0, 9, "single", effects), drive), drive, "recording")
     possible = set(possible_blocks(by_port(replay)))
     assert block <= possible

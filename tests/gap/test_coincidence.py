@@ -6,8 +6,8 @@ import dataclasses
 
 import numpy as np
 import pytest
+from sheets import exact
 
-from ecyl_ros.drive.drive_file import load_drive
 from ecyl_ros.drive.engine import simulate
 from ecyl_ros.drive.reference.sine import Sine
 from ecyl_ros.gap.blind.cases import Case, record_case
@@ -21,7 +21,7 @@ GAIN = 0.2
 @pytest.fixture(scope="module")
 def drive():
     """The bench drive."""
-    return load_drive("bench")
+    return exact("bench")
 
 
 def alias(drive, factor: float = 1.0 + GAIN) -> dict[str, dict[str, float]]:

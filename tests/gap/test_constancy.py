@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import pytest
+from sheets import exact
 
-from ecyl_ros.drive.drive_file import load_drive
 from ecyl_ros.effects.catalogue import CATALOGUE
 from ecyl_ros.gap.blind.cases import Case, record_case
 from ecyl_ros.gap.constancy import Inconstancy, inconstancies
@@ -12,7 +12,7 @@ from ecyl_ros.gap.fit import Fitter
 from ecyl_ros.gap.replay import Replay
 from ecyl_ros.gap.split import held_out
 
-DRIVE = load_drive("bench")
+DRIVE = exact("bench")
 
 
 def _worst(true: dict, fitted: str, start: dict[str, float]) -> tuple[Inconstancy, dict]:

@@ -6,8 +6,8 @@ import json
 from pathlib import Path
 
 import pytest
+from sheets import exact
 
-from ecyl_ros.drive.drive_file import load_drive
 from ecyl_ros.errors import InputError
 from ecyl_ros.gap.blind.cases import Case, record_case
 from ecyl_ros.gap.diagnose import diagnose
@@ -28,7 +28,7 @@ def test_every_foreign_recording_is_diagnosed_right(name) -> None:
     if name is None:
         pytest.skip("no foreign recordings beside the repository (../shared/recordings)")
     label = _labels()[name]
-    drive = load_drive(SHARED / "drives" / "bench.yaml")
+    drive = exact(SHARED / "drives" / "bench.yaml")
     result = diagnose(read_recording(SHARED / "recordings" / f"{name}.mcap"), drive)
     expected = {effect.removeprefix("x_") for effect in label["effects"]}
     assert {cause.effect for cause in result.causes} == expected
@@ -55,7 +55,7 @@ def test_every_foreign_recording_is_diagnosed_right(name) -> None:
 )
 def test_a_machine_of_another_make_is_diagnosed(effect, values, block) -> None:
     """The study's machine (LuGre, Heun, penalty contact) with one fault: named, sized, placed."""
-    drive = load_drive("bench")
+    drive = exact("bench")
     case = Case(0, 4, "single", {effect: values})
     result = diagnose(record_case(case, drive), drive)
     assert [cause.effect for cause in result.causes] == [effect]
@@ -68,7 +68,7 @@ def test_a_machine_of_another_make_is_diagnosed(effect, values, block) -> None:
 @pytest.mark.slow
 def test_without_its_effect_a_machine_is_not_blamed_on_another() -> None:
     """Cogging with cogging and ripple taken out of the catalogue: no cause, but the block."""
-    drive = load_drive("bench")
+    drive = exact("bench")
     case = Case(0, 5, "single", {"cogging_torque": {"amplitude_nm": 0.06, "periods_per_rev": 12.0}})
     result = diagnose(record_case(case, drive), drive, without=("cogging_torque", "torque_ripple"))
     assert result.causes == () and result.verdict == "unexplained"
@@ -80,7 +80,7 @@ def test_without_its_effect_a_machine_is_not_blamed_on_another() -> None:
 
 def test_a_healthy_machine_has_no_gap() -> None:
     """The study's machine without a fault: no gap, no block, nothing named."""
-    drive = load_drive("bench")
+    drive = exact("bench")
     result = diagnose(record_case(Case(0, 6, "none"), drive), drive)
     assert result.verdict == "no_gap" and result.block is None and result.causes == ()
 
@@ -88,7 +88,7 @@ def test_a_healthy_machine_has_no_gap() -> None:
 def test_the_emulated_drive_has_no_gap_to_its_own_model() -> None:
     """A recording of the node graph, noise going round its loop: no gap to the same drive file."""
     bag = Path(__file__).parents[2] / "bags" / "bench_moves.mcap"
-    result = diagnose(read_recording(bag), load_drive("bench"))
+    result = diagnose(read_recording(bag), exact("bench"))
     assert result.verdict == "no_gap"
 
 
@@ -96,4 +96,4 @@ def test_an_effect_that_does_not_exist_cannot_be_left_out() -> None:
     """A misspelt effect is refused by name."""
     bag = Path(__file__).parents[2] / "bags" / "bench_moves.mcap"
     with pytest.raises(InputError, match="no effect called cogging"):
-        diagnose(read_recording(bag), load_drive("bench"), without=("cogging",))
+        diagnose(read_recording(bag), exact("bench"), without=("cogging",))

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import pytest
+from sheets import exact
 
-from ecyl_ros.drive.drive_file import load_drive
 from ecyl_ros.gap.blind.cases import Case, record_case
 from ecyl_ros.gap.fit import Fit, Fitter
 from ecyl_ros.gap.joint import joined
@@ -17,7 +17,7 @@ ROTOR, LOAD = "rotor_coulomb_friction", "load_coulomb_friction"
 @pytest.fixture(scope="module")
 def fitter() -> Fitter:
     """Of a drive with friction on both sides of its play."""
-    drive = load_drive("bench")
+    drive = exact("bench")
     true = {ROTOR: {"coulomb_nm": 0.0699}, LOAD: {"coulomb_nm": 0.2238}}
     replay = Replay(record_case(Case(0, 1456662079, "pair", true), drive), drive, "recording")
     return Fitter(replay, held_out(replay.time_s))

@@ -6,8 +6,8 @@ import dataclasses
 
 import numpy as np
 import pytest
+from sheets import exact
 
-from ecyl_ros.drive.drive_file import load_drive
 from ecyl_ros.drive.engine import simulate
 from ecyl_ros.drive.reference.moves import plan_move
 from ecyl_ros.drive.telemetry import simulation_recording
@@ -18,7 +18,7 @@ from ecyl_ros.gap.replay import Replay
 from ecyl_ros.gap.split import held_out
 from ecyl_ros.recording.signals import Recording
 
-DRIVE = load_drive("bench")
+DRIVE = exact("bench")
 FRICTION = {"rotor_coulomb_friction": {"coulomb_nm": 0.1}}
 SECONDS = 12.0
 

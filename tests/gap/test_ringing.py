@@ -6,8 +6,8 @@ import dataclasses
 import math
 
 import pytest
+from sheets import exact
 
-from ecyl_ros.drive.drive_file import load_drive
 from ecyl_ros.drive.engine import simulate
 from ecyl_ros.drive.telemetry import simulation_recording
 from ecyl_ros.gap.fit import Fitter
@@ -15,7 +15,7 @@ from ecyl_ros.gap.replay import Replay
 from ecyl_ros.gap.ringing import Ringing
 from ecyl_ros.gap.split import held_out
 
-DRIVE = load_drive("bench")
+DRIVE = exact("bench")
 
 
 def _fitter(effects) -> Fitter:

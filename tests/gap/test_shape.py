@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 import pytest
+from sheets import exact
 
-from ecyl_ros.drive.drive_file import load_drive
 from ecyl_ros.gap.blind.cases import Case, Stage, record_case
 from ecyl_ros.gap.fit import Fitter
 from ecyl_ros.gap.replay import Replay
@@ -17,7 +17,7 @@ SEED = 6  # of a machine whose dead time turns its sign over 25 mA
 
 def test_a_dead_time_with_corners_is_found_from_one_without() -> None:
     """Voltage, transition and straight line of another make of machine, from a round start."""
-    drive = load_drive("bench")
+    drive = exact("bench")
     true = {"inverter_dead_time": {"voltage_v": 1.3}}
     replay = Replay(record_case(Case(0, SEED, "single", true), drive), drive, "recording")
     fitter = Fitter(replay, held_out(replay.time_s))

@@ -7,8 +7,8 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from sheets import exact
 
-from ecyl_ros.drive.drive_file import load_drive
 from ecyl_ros.gap.attribute import Competition
 from ecyl_ros.gap.blind.cases import Case, record_case
 from ecyl_ros.gap.block import unnamed_block
@@ -22,13 +22,13 @@ from ecyl_ros.gap.split import held_out
 
 def replayed(effects: dict[str, dict[str, float]], seed: int = 9) -> Replay:
     """The nominal replay of what another make of machine recorded with `effects`."""
-    drive = load_drive("bench")
+    drive = exact("bench")
     return Replay(record_case(Case(0, seed, "single", effects), drive), drive, "recording")
 
 
 def without(*signals: str) -> Replay:
     """The replay of a load that drags, with some signals not recorded."""
-    drive = load_drive("bench")
+    drive = exact("bench")
     dragging = {"load_coulomb_friction": {"coulomb_nm": 0.1}}
     recording = record_case(Case(0, 9, "single", dragging), drive)
     nothing = {name: np.full(len(recording), np.nan) for name in signals}
@@ -38,7 +38,7 @@ def without(*signals: str) -> Replay:
 def said(replay: Replay) -> str | None:
     """The block said where no effect at all competes."""
     nominal = Fitter(replay, held_out(replay.time_s)).nominal
-    nothing = Competition(nominal, (), nominal, (), {}, 1)
+    nothing = Competition(nominal, nominal, (), nominal, (), {}, 1)
     return unnamed_block(nothing, by_port(replay), replay)
 
 
@@ -91,7 +91,7 @@ def test_a_healthy_drive_reaches_no_limit() -> None:
 def evidence(angle: np.ndarray, error: np.ndarray, **more: np.ndarray) -> SimpleNamespace:
     """Evidence of a drive whose rod error is given over the rotor's angle."""
     return SimpleNamespace(
-        drive=load_drive("bench"),
+        drive=exact("bench"),
         time_s=np.arange(len(angle)) * 1e-3,
         rotor_angle_rad=angle,
         rod_error_rad=error,
@@ -104,7 +104,7 @@ def test_an_error_over_the_rotors_turn_is_the_encoders() -> None:
     angle = 30.0 * np.sin(np.linspace(0.0, 20.0, 4000))
     rng = np.random.default_rng(3)
     noise = 1e-4 * rng.standard_normal(len(angle))
-    screw = angle / load_drive("bench").transmission.gear_ratio
+    screw = angle / exact("bench").transmission.gear_ratio
     assert goes_with_encoder(evidence(angle, 1e-3 * np.sin(2.0 * angle + 0.4) + noise), 1e-4)
     assert not goes_with_encoder(evidence(angle, 1e-3 * np.sin(screw) + noise), 1e-4)
     assert not goes_with_encoder(evidence(angle, 1e-3 * np.sign(np.gradient(angle)) + noise), 1e-4)

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from sheets import exact
 
-from ecyl_ros.drive.drive_file import load_drive
 from ecyl_ros.gap.blind.cases import Case, record_case
 from ecyl_ros.gap.diagnose import diagnose
 from ecyl_ros.gap.split import held_out, held_out_of
@@ -50,7 +50,7 @@ def test_a_gap_all_through_keeps_long_stretches() -> None:
 @pytest.mark.slow
 def test_a_limit_that_is_reached_once_is_named() -> None:
     """A supply that one move of the whole recording reaches, within two parts in a thousand."""
-    drive = load_drive("bench")
+    drive = exact("bench")
     true = {"voltage_limit": {"voltage_v": SUPPLY_V}}
     found = diagnose(record_case(Case(0, 1721234942, "single", true), drive), drive)
     assert [one.effect for one in found.causes] == ["voltage_limit"]

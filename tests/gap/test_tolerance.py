@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import pytest
+from sheets import exact
 
-from ecyl_ros.drive.drive_file import load_drive
 from ecyl_ros.gap.tolerance import traces
 
 DELAY = {"actuation_delay": {"delay_s": 1.4e-4}}
@@ -12,7 +12,7 @@ DELAY = {"actuation_delay": {"delay_s": 1.4e-4}}
 
 def stiffness(factor: float) -> dict[str, dict[str, float]]:
     """The bench drive's, times `factor`."""
-    nominal = load_drive("bench").transmission.stiffness[0]
+    nominal = exact("bench").transmission.stiffness[0]
     return {"stiffness_error": {"stiffness_nm_per_rad": factor * nominal}}
 
 
@@ -31,4 +31,4 @@ def stiffness(factor: float) -> dict[str, dict[str, float]]:
 )
 def test_less_than_a_hundredth_of_a_constant_is_a_trace(values, found) -> None:
     """Beside another cause only; and never of the screw's lead, which is made far more exactly."""
-    assert traces(values, load_drive("bench")) == found
+    assert traces(values, exact("bench")) == found

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from sheets import exact
 
-from ecyl_ros.drive.drive_file import load_drive
 from ecyl_ros.gap import diagnose as module
 from ecyl_ros.gap.attribute import Competition
 from ecyl_ros.gap.blind.cases import Case, record_case
@@ -16,13 +16,14 @@ LIMIT, INERTIA, GAIN = "voltage_limit", "load_inertia_error", "inverter_gain"
 
 def fit(judged: float, *names: str) -> Fit:
     """Of some effects that leave `judged`; their values do not matter here."""
-    return Fit({name: {} for name in names}, np.zeros((1, 1)), judged, judged)
+    return Fit({name: {} for name in names}, np.zeros(0), np.zeros((1, 1)), judged, judged, judged)
 
 
 def competition(*rivals: Fit) -> Competition:
     """Won by a limit and an inertia."""
     without = {LIMIT: fit(9.0, INERTIA), INERTIA: fit(1.2, LIMIT)}
-    return Competition(fit(9.0), (), fit(0.85, LIMIT, INERTIA), rivals, without, 1)
+    winner = fit(0.85, LIMIT, INERTIA)
+    return Competition(fit(9.0), fit(9.0), (), winner, rivals, without, 1)
 
 
 @pytest.fixture
@@ -62,7 +63,7 @@ def test_causes_that_are_sure_or_unsure_alike_stay(rivals, taken_out) -> None:
 
 def test_a_limit_of_another_make_of_machine_is_named_alone() -> None:
     """Surely, and with the true voltage in its interval."""
-    drive = load_drive("bench")
+    drive = exact("bench")
     true = {LIMIT: {"voltage_v": 2.586485128454045}}
     found = module.diagnose(record_case(Case(0, 866944933, "single", true), drive), drive)
     assert [one.effect for one in found.causes] == [LIMIT]

@@ -49,7 +49,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--write-drive",
         type=Path,
         metavar="OUT.yaml",
-        help="write the drive file with the causes added, for ecyl run or ecyl diagnose --drive",
+        help="write the drive file with the constants found and the causes added, for ecyl run or "
+        "ecyl diagnose --drive",
     )
     parser.add_argument(
         "--write-mcap",
@@ -99,12 +100,12 @@ def run(options: argparse.Namespace) -> int:
     if options.write_mcap is not None:
         write_scrub(diagnosis, options.write_mcap)
         written.append(str(options.write_mcap))
-    if options.write_drive is not None and diagnosis.causes:
+    if options.write_drive is not None and diagnosis.closes:
         write = write_effort_twin if isinstance(diagnosis, EffortDiagnosis) else write_twin
         write(diagnosis, drive_file, options.write_drive)
         written.append(str(options.write_drive))
     print(summary(diagnosis, written))
-    if options.write_drive is not None and not diagnosis.causes:
+    if options.write_drive is not None and not diagnosis.closes:
         print(
             f"ecyl diagnose: no cause was named, {options.write_drive} is not written",
             file=sys.stderr,

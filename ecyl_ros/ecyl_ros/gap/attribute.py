@@ -25,10 +25,11 @@ import numpy as np
 
 from ..effects.catalogue import CATALOGUE, MODULES
 from .evidence import gather
-from .fit import MEDIUM, Fit, Fitter, Values, robust_mean_square
+from .fit import Fit, Fitter, Values, robust_mean_square
 from .joint import joined, resized
 from .replay import FloatArray
 from .ringing import Ringing
+from .stages import MEDIUM
 
 AT_FLOOR = 1.14  # times a perfect model's misfit: a model this close needs no further effect
 _WORTH = 0.6  # a further effect must bring the square of the misfit's surplus below this share ...
@@ -39,7 +40,7 @@ _STARTS = 6  # of one effect alone
 _STARTS_IN_SETS = 2
 _KEPT_SINGLES = 9
 _POLISHED_SINGLES = 2
-_POLISHING = 16  # derivatives at the most; a fit that has ended takes fewer
+_POLISHING = 5  # derivatives at the most in each stage; a fit that has ended takes fewer
 _FIRSTS = 2  # single effects that sets are built upon
 _KEPT_SETS = 6
 _CLOSE = 2.0  # times the best cost: a runner-up that finer fits may still put first
@@ -51,7 +52,7 @@ _KEPT_JOINED = 4  # and from single effects in shares of their sizes
 _MOST_EFFECTS = 3
 _SHAKEN_LOOSE = 0.8  # times the least cost of a silent replay
 EXCUSED = 0.75  # of the gap must be gone before noise round the loop may excuse the rest
-_SHEET_STEPS = 12  # derivatives of the sheet alone, at the most
+_SHEET_STEPS = 5  # derivatives of the sheet alone at the most, in each stage
 _PULLED_OUT = 1.0  # tolerances from which a constant's own effect begins where it was pulled to
 _STRAINED = 1.75  # tolerances: a constant further off may be a cause; one of 2000 sound ones is
 _STRIDE = 5  # responses are added up on every fifth sample
@@ -70,8 +71,9 @@ class Competition:
     """What came of it.
 
     Attributes:
-        nominal: the model without effects. sheet: the same with its constants fitted within what the
-            data sheet allows; every set competes against this.
+        nominal: the model without effects.
+        sheet: the same with its constants fitted as far as the data sheet allows; every set of
+            effects competes against this.
         singles: the best fit of each effect alone, best first.
         winner: the set that is named, or the nominal model if none earned its place.
         rivals: the best sets of the winner's size that hold another effect, best first.
@@ -113,8 +115,7 @@ class _Competition:
         self.replays = 0
         self._threads = threads
         self.nominal = nominal
-        self.null = fitter.fit(nominal, steps=_SHEET_STEPS, side_by_side=threads.map)
-        self.known = self.null  # the nearest fit whose derivatives by the sheet are there
+        self.null = fitter.alone(_SHEET_STEPS, threads.map)
         self.library: list[Fit] = []
         thin = self.null.gap[:, np.flatnonzero(fitter.rows)[::_STRIDE]]
         scale = 3.0 + 3.0 * float(np.median(np.abs(thin)))
@@ -165,7 +166,7 @@ class _Competition:
         if row is None or abs(base.pulls[row]) < _PULLED_OUT:
             return None
         drive = self.fitter.replay.drive
-        off = float(base.pulls[row] * sheet.tolerance[row])
+        off = float(sheet.values(base.pulls)[row] - sheet.nominal[row])
         return {effect.parameters[0].name: effect.neutral(drive) + off}
 
     def _in_phase(self, base: Fit, name: str, fit: Fit, *, all_round: bool) -> Fit:
@@ -196,7 +197,7 @@ class _Competition:
 
     def search(self, fits: Sequence[Fit]) -> list[Fit]:
         """Fit each from afar; best first."""
-        found = self.map(lambda one: self.fitter.search(one, self.known), fits)
+        found = self.map(lambda one: self.fitter.search(one, self.null), fits)
         return sorted(found, key=lambda one: one.fitted)
 
     def best_of(self, sets: Sequence[Fit], promised: Sequence[float]) -> list[Fit]:
@@ -208,7 +209,7 @@ class _Competition:
                 leaves are searched, too, and pairs that come to far more than either effect alone.
         """
         glimpsed = self.map(
-            lambda one: self.fitter.fit(one, steps=2, difference=MEDIUM, known=self.known), sets
+            lambda one: self.fitter.fit(one, steps=2, stage=MEDIUM, known=self.null), sets
         )
         promise = {id(one): score for one, score in zip(glimpsed, promised, strict=True)}
         first = glimpsed[0]
@@ -257,14 +258,16 @@ class _Competition:
         kept = order[:_KEPT_SINGLES]
         fitted = self.search(self._sized(kept))
         self.report("single effects", 0.5)
-        polished = self.polish(fitted[:_POLISHED_SINGLES], _POLISHING)
-        self.known = min([self.known, *polished], key=lambda one: one.fitted)
+        close = [
+            one for one in fitted[1:_POLISHED_SINGLES] if one.fitted < _CLOSE * fitted[0].fitted
+        ]
+        polished = self.polish([*fitted[:1], *close], _POLISHING)
         self.library = started + fitted + polished
         rest = [one.fit for one in order[_KEPT_SINGLES:]]
-        return sorted(polished + fitted[_POLISHED_SINGLES:] + rest, key=lambda one: one.fitted)
+        return sorted(polished + fitted[len(polished) :] + rest, key=lambda one: one.fitted)
 
     def _thin(self, fit: Fit) -> FloatArray:
-        """What a fit leaves on the thinned rows, and below it its pulls as the price weighs them."""
+        """What a fit leaves on the thinned rows, and below it its pulls, weighed by their price."""
         rows = np.flatnonzero(self.fitter.rows)[::_STRIDE]
         gap = (fit.gap[:, rows] * self._weights).ravel()
         return np.concatenate([gap, self._pull_weight * fit.pulls])
@@ -405,7 +408,7 @@ def _simplified(run: _Competition, best: Fit) -> Fit:
                 if not started:
                     continue
                 start = run.search([min(started, key=lambda one: one.fitted)])[0]
-            (found,) = run.polish([start], 12)
+            (found,) = run.polish([start], _POLISHING)
             if found.judged < 1.15 * best.judged + 0.05:
                 return found
     return best
@@ -493,7 +496,9 @@ def _compete(run: _Competition) -> Competition:
         size += 1
     winner, without = _pruned(run, _settled(run, winner), pool)
     rivals.sort(key=lambda one: one.judged)
-    return Competition(run.nominal, run.null, tuple(singles), winner, tuple(rivals), without, run.replays)
+    return Competition(
+        run.nominal, run.null, tuple(singles), winner, tuple(rivals), without, run.replays
+    )
 
 
 def _shaken_loose(run: _Competition) -> bool:
@@ -514,7 +519,7 @@ def _shaken_loose(run: _Competition) -> bool:
 def _settled(run: _Competition, winner: Fit) -> Fit:
     """The winner fitted until it no longer moves."""
     for _ in range(3 if winner.names else 0):
-        better = run.fitter.polish(winner, 10, closely=True)
+        better = run.fitter.polish(winner, _POLISHING)
         run.replays += better.replays
         gain = winner.fitted - better.fitted
         winner = better
@@ -536,7 +541,7 @@ def _pruned(run: _Competition, winner: Fit, pool: Sequence[Fit]) -> tuple[Fit, d
 def _leave_one_out(run: _Competition, winner: Fit, pool: Sequence[Fit]) -> dict[str, Fit]:
     def refit(start: Fit) -> Fit:
         known = [one for one in pool if set(one.names) == set(start.names)]
-        return min([*known, *run.polish([start], 8)], key=lambda one: one.fitted)
+        return min([*known, *run.polish([start], _POLISHING)], key=lambda one: one.fitted)
 
     return leave_one_out(run.fitter, winner, run.null, refit)
 

@@ -24,7 +24,7 @@ _SIZES = (0.5, 0.7, 0.8, 0.9, 0.95, 1.0, 1.05, 1.1, 1.2, 1.4, 2.0)
 _MOVING = 0.02  # of the top speed
 _STRUCTURE = 1.15  # times a perfect model's misfit: closer than this nothing is left to tell from
 _STAND_IN = 0.08  # gain from which an effect counts as a stand-in; true causes show under 0.02
-_STEPS = 8
+_STEPS = 4
 
 
 @dataclass(frozen=True)

@@ -272,21 +272,20 @@ def _sheet(fitter: Fitter, final: Fit) -> tuple[SheetValue, ...]:
     if not len(sheet) or final is fitter.nominal:
         return ()
     _, halves = intervals(final, fitter.rows, fitter.replay.time_s)
-    rows = np.flatnonzero(sheet.free(final.values))
+    found, low, high = (sheet.values(final.pulls + off) for off in (0.0, -halves, halves))
     return tuple(
         SheetValue(
             sheet.keys[row],
             sheet.units[row],
             float(sheet.nominal[row]),
             float(sheet.tolerance[row]),
-            *(
-                float(sheet.nominal[row] + sheet.tolerance[row] * (final.pulls[row] + off))
-                for off in (0.0, -halves[row], halves[row])
-            ),
-            pull=float(final.pulls[row]),
+            float(found[row]),
+            float(low[row]),
+            float(high[row]),
+            pull=float((found[row] - sheet.nominal[row]) / sheet.tolerance[row]),
             seen=bool(halves[row] < _SEEN),
         )
-        for row in rows.tolist()
+        for row in np.flatnonzero(sheet.free(final.values)).tolist()
     )
 
 

@@ -247,6 +247,11 @@ class Diagnosis:
     sheet: tuple[SheetValue, ...] = ()
     within_sheet: float | None = None
 
+    @property
+    def closes(self) -> bool:
+        """Whether anything that was found, causes or the sheet's constants, closes the gap."""
+        return bool(self.causes) or self.verdict == "within_sheet"
+
     def as_json(self) -> dict[str, Any]:
         """The diagnosis as plain data, schema `ecyl.diagnosis/1`."""
         return {

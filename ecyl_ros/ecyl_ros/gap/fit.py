@@ -15,19 +15,21 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import LinAlgError, cho_factor, cho_solve
+from scipy.ndimage import uniform_filter1d
 from scipy.optimize import minimize_scalar
 
 from ..effects.catalogue import CATALOGUE
 from ..effects.effect import Quantity
 from .replay import BoolArray, FloatArray, Replay
 from .sheet import Sheet
+from .stages import COARSE, FINE, MEDIUM, Stage
 
 Values = dict[str, dict[str, float]]  # {effect: {parameter: value}}
 
+
+Map = Callable[[Callable[[int], FloatArray], Iterable[int]], Iterable[FloatArray]]
+
 LOSS_SCALE = 3.0  # in noise floors: beyond it a difference counts less than its square
-# Steps of the numerical derivatives in the fit's coordinates. Where the flanks meet, the response
-# to a small change is a spike; coarse steps see the valley that the spikes stand in.
-COARSE, MEDIUM, FINE = 0.15, 0.02, 2e-3
 _SHAPES = (0.25, 0.5, 2.0, 4.0)  # times a shape parameter at the start of its fit
 _MATTERS = 0.1  # share of the cost that a shape must move to be looked at closely
 _BRACKET = 0.8  # half width of a search along one parameter, in the fit's coordinates
@@ -39,8 +41,6 @@ _NEAR_FLOOR = 1.3  # times a perfect model's cost: no closer look needed
 _STUCK = 0.95  # of the cost: a joint fit that leaves more has nothing to go on with
 _REACH = 60.0  # a fit may change a positive parameter by this factor either way
 _CONVERGED, _ON_THE_WAY = 0.02, 0.5  # falls of the objective below which a fit, a search has ended
-_PULLED = 0.02  # tolerances by which a constant is moved for its derivative
-_CLOSELY = 0.01  # the same, both ways, and of any coordinate, where exchanges are to be told
 # Levenberg's damping, tried in turn until a step leaves less; steps that come near need none.
 _DAMPING = (0.0, 1e-2, 0.1, 1.0, 10.0)
 _GOOD_STEP = 0.25  # share of the promised fall from which the next damping is not tried
@@ -128,6 +128,8 @@ class Fit:
         coordinates: the fitted parameters; `pulled`: the constants fitted beside them, rows of the
             sheet; `jacobian` float64[signals x fitted rows, k] of the gap by both at the end of the
             fit (None for values not fitted).
+        slopes: {stage: float64[signals x fitted rows, pulled]}, derivatives by the sheet that were
+            worked out on the way, as each stage sees them.
         replays: how many runs it took.
     """
 
@@ -140,6 +142,7 @@ class Fit:
     coordinates: tuple[Coordinate, ...] = ()
     pulled: tuple[int, ...] = ()
     jacobian: FloatArray | None = None
+    slopes: Mapping[Stage, FloatArray] = field(default_factory=dict)
     replays: int = field(default=1)
 
     @property
@@ -179,7 +182,7 @@ class Fitter:
     @cached_property
     def nominal(self) -> Fit:
         """The model without effects, its constants as the sheet has them."""
-        return self.evaluate({}, self.sheet.at_nominal)
+        return self.evaluate({})
 
     def perfect_with(self, values: Values) -> float:
         """Robust misfit that a perfect model leaves with these effects, no less than without.
@@ -204,9 +207,12 @@ class Fitter:
         rms: FloatArray = np.maximum(1.0, np.sqrt(np.mean(healthy**2, axis=1)))
         return np.minimum(rms, _NOISIEST)
 
-    def evaluate(self, values: Mapping[str, Mapping[str, float]], pulls: FloatArray) -> Fit:
+    def evaluate(
+        self, values: Mapping[str, Mapping[str, float]], pulls: FloatArray | None = None
+    ) -> Fit:
         """What is left with given parameters, and constants pulled off their nominal values."""
         full = {name: CATALOGUE[name].complete(given) for name, given in values.items()}
+        pulls = self.sheet.at_nominal if pulls is None else pulls
         pulls = np.where(self.sheet.free(full), pulls, 0.0)
         gap = self.replay.gap(full, self.sheet.constants(pulls))
         left = cost(gap, self.held)
@@ -242,9 +248,9 @@ class Fitter:
                     best = self._search_along(best, one, closely=not periodic)
                     replays += best.replays
         turned = self._turn(best)
-        found = self.fit(turned, steps=6, difference=COARSE, known=known, least=_ON_THE_WAY)
+        found = self.fit(turned, steps=6, stage=COARSE, known=known, least=_ON_THE_WAY)
         again = self._turn(found)
-        finer = self.fit(again, steps=4, difference=MEDIUM, known=known, least=_ON_THE_WAY)
+        finer = self.fit(again, steps=4, stage=MEDIUM, known=known, least=_ON_THE_WAY)
         replays += turned.replays + found.replays + again.replays + finer.replays
         return dataclasses.replace(finer, replays=replays)
 
@@ -252,27 +258,39 @@ class Fitter:
         """Along the valley of a single parameter, and then with the sheet beside it, in turn."""
         best = self._search_along(start, one)
         replays = best.replays
-        for _ in range(2 if self.sheet.free(start.values).any() else 0):
-            before = best.fitted
-            best = self.fit(best, steps=5, difference=MEDIUM, known=known, least=_ON_THE_WAY)
+        if not self.sheet.free(start.values).any():
+            return best
+        for stage in (COARSE, MEDIUM):
+            best = self.fit(best, steps=5, stage=stage, known=known, least=_ON_THE_WAY)
             replays += best.replays
-            if best.fitted <= _NEAR_FLOOR * self.perfect**2 or best.fitted > _STUCK * before:
-                break
+        if best.fitted > _NEAR_FLOOR * self.perfect**2:
             again = self._search_along(best, one)
-            replays += again.replays
-            best = again
+            best = self.fit(again, steps=4, stage=MEDIUM, known=known, least=_ON_THE_WAY)
+            replays += again.replays + best.replays
         return dataclasses.replace(best, replays=replays)
 
-    def polish(self, start: Fit, steps: int, *, closely: bool = False) -> Fit:
+    def polish(self, start: Fit, steps: int) -> Fit:
         """Fit to the end, with the parameters that only shape an effect.
 
-        closely: with derivatives good enough to tell what can be exchanged for what.
+        steps: derivatives at the most in each stage.
         """
         shaped = self._shape(start)
-        found = self.fit(shaped, steps=steps // 2, nuisances=True, difference=MEDIUM)
-        finer = self.fit(found, steps=steps - steps // 2, nuisances=True, closely=closely)
-        replays = shaped.replays + found.replays + finer.replays
-        return dataclasses.replace(finer, replays=replays)
+        replays, best = shaped.replays, shaped
+        free = self.sheet.free(start.values).any()
+        far = free and shaped.fitted > _NEAR_FLOOR * self.perfect**2
+        for stage in (COARSE, MEDIUM, FINE) if far else (MEDIUM, FINE):
+            least = _CONVERGED if stage is FINE else _ON_THE_WAY
+            best = self.fit(best, steps=steps, nuisances=True, stage=stage, least=least)
+            replays += best.replays
+        return dataclasses.replace(best, replays=replays)
+
+    def alone(self, steps: int, side_by_side: Map) -> Fit:
+        """The sheet alone: the nominal model with its constants fitted, from coarse to fine."""
+        best, slopes = self.nominal, {}
+        for stage in (COARSE, MEDIUM, FINE):
+            best = self.fit(best, steps=steps, stage=stage, side_by_side=side_by_side)
+            slopes |= best.slopes
+        return dataclasses.replace(best, slopes=slopes) if slopes else best
 
     def _shape(self, start: Fit) -> Fit:
         """Better values of the parameters that only shape an effect (no phase).
@@ -372,9 +390,8 @@ class Fitter:
         *,
         steps: int,
         nuisances: bool = False,
-        difference: float = FINE,
+        stage: Stage = FINE,
         least: float = _CONVERGED,
-        closely: bool = False,
         known: Fit | None = None,
         side_by_side: Map = map,
     ) -> Fit:
@@ -388,10 +405,9 @@ class Fitter:
             steps: derivatives at the most.
             nuisances: fit the parameters that only shape an effect (a friction's presliding) too;
                 phases always are.
-            difference: step of the numerical derivatives by effects' parameters.
+            stage: how it looks at the gap.
             least: fall of the objective below which the fit has ended.
-            closely: central differences, fine ones, for all.
-            known: a fit whose derivatives by the sheet are used, if it has any.
+            known: a fit whose derivatives by the sheet are used, where it has any of this stage.
             side_by_side: does the replays of one derivative.
         """
         coordinates = self._coordinates(start, nuisances=nuisances)
@@ -399,14 +415,15 @@ class Fitter:
         size = len(coordinates) + len(pulled)
         if not size:
             return start
+        if not len(pulled):
+            stage = dataclasses.replace(stage, wide=1.0, blur_s=0.0)
         low, high = self._bounds(coordinates, pulled)
+        seen = self._blurred(stage.blur_s)
         # Far from the floor the scale of the loss is that of the gap, so that all of it pulls.
-        loss_scale = max(LOSS_SCALE, 3.0 * float(np.median(np.abs(start.gap[:, self.rows]))))
+        loss_scale = max(LOSS_SCALE * stage.wide, 3.0 * float(np.median(np.abs(seen(start)))))
         steps_of = np.array(
-            [difference * one.fineness for one in coordinates] + [_PULLED] * len(pulled)
+            [stage.difference * one.fineness for one in coordinates] + [stage.pulled] * len(pulled)
         )
-        if closely:
-            steps_of = np.minimum(steps_of, _CLOSELY)
         precision = np.array([0.0] * len(coordinates) + [4.0] * len(pulled))
         replays = 0
 
@@ -419,7 +436,7 @@ class Fitter:
             return self.evaluate(values, pulls)
 
         def objective(fit: Fit) -> float:
-            scaled = _cauchy(fit.gap[:, self.rows], loss_scale)
+            scaled = _cauchy(seen(fit), loss_scale)
             return self.sheet.evidence * math.log(scaled) + self.sheet.price(fit.pulls)
 
         point = np.clip(
@@ -438,18 +455,18 @@ class Fitter:
         now = at(point)
         best = now if now.fitted < start.fitted else start
         value = objective(now)
-        columns = np.empty((now.gap[:, self.rows].size, size))
+        columns = np.empty((seen(now).size, size))
         wanted = list(range(size))
-        if known is not None and known.jacobian is not None and known.pulled:
+        borrowed = known.slopes.get(stage) if known is not None else None
+        if known is not None and borrowed is not None:
             wanted = wanted[: len(coordinates)]
-            for index, row in enumerate(pulled.tolist()):
+            for index, row in enumerate(pulled.tolist(), len(coordinates)):
                 if row in known.pulled:
-                    at_known = len(known.coordinates) + known.pulled.index(row)
-                    columns[:, len(coordinates) + index] = known.jacobian[:, at_known]
+                    columns[:, index] = borrowed[:, known.pulled.index(row)]
                 else:
-                    wanted.append(len(coordinates) + index)
+                    wanted.append(index)
         for _ in range(steps):
-            base = now.gap[:, self.rows].ravel()
+            base = seen(now)
             turns = np.where(point + steps_of > high, -steps_of, steps_of)
 
             def slope(
@@ -457,17 +474,17 @@ class Fitter:
             ) -> FloatArray:
                 moved = point.copy()
                 moved[index] += turns[index]
-                ahead = at(moved).gap[:, self.rows].ravel()
-                if not closely:
+                ahead = seen(at(moved))
+                if not stage.central:
                     found: FloatArray = (ahead - base) / turns[index]
                     return found
                 moved[index] -= 2.0 * turns[index]
-                found = (ahead - at(moved).gap[:, self.rows].ravel()) / (2.0 * turns[index])
+                found = (ahead - seen(at(moved))) / (2.0 * turns[index])
                 return found
 
             for index, column in zip(wanted, side_by_side(slope, wanted), strict=True):
                 columns[:, index] = column
-            replays += (2 if closely else 1) * len(wanted)
+            replays += (2 if stage.central else 1) * len(wanted)
             weights = 1.0 / (1.0 + (base / loss_scale) ** 2)
             scale = self.sheet.evidence / (_cauchy(base, loss_scale) * base.size)
             weighted = columns * weights[:, None]
@@ -493,8 +510,29 @@ class Fitter:
             coordinates=coordinates,
             pulled=tuple(pulled.tolist()),
             jacobian=columns,
+            slopes={} if borrowed is not None else {stage: columns[:, len(coordinates) :]},
             replays=replays,
         )
+
+    def _blurred(self, width_s: float) -> Callable[[Fit], FloatArray]:
+        """What a fit looks at, float64[signals x fitted rows]: the gap, or its moving mean.
+
+        Impacts that come early or late are spikes that do not overlap; in a mean over more than the
+        time they are apart by, a fit sees which way they have to move. Stretches that are held
+        out have no part in it.
+        """
+        rows = self.rows
+        points = round(width_s / self.replay.step_s)
+        if points < 2:
+            return lambda fit: fit.gap[:, rows].ravel()
+        share = np.maximum(uniform_filter1d(rows.astype(float), points), 1e-9)
+
+        def blurred(fit: Fit) -> FloatArray:
+            mean = uniform_filter1d(np.where(rows, fit.gap, 0.0), points, axis=1) / share
+            found: FloatArray = mean[:, rows].ravel()
+            return found
+
+        return blurred
 
     def _bounds(
         self, coordinates: Sequence[Coordinate], pulled: NDArray[np.int64]

@@ -295,6 +295,11 @@ class Replay:
         if controller.current.ki > 0.0:
             self._integrals[2] = voltage / controller.current.ki
 
+    @property
+    def step_s(self) -> float:
+        """Time between two samples of the recording, the median."""
+        return float(np.median(np.diff(self.time_s)))
+
     def at(self, constants: Constants) -> Replay:
         """The same recording with other constants taken for nominal, as a fit has found them.
 
@@ -331,9 +336,7 @@ class Replay:
         substeps = math.ceil(
             fastest_rate(drive) / (_REPLAY_RATE_STEP * drive.controller.rate) - 1e-9
         )
-        return pack(
-            drive, substeps=min(max(1, substeps), _MOST_SUBSTEPS), believed=self.nominal
-        )
+        return pack(drive, substeps=min(max(1, substeps), _MOST_SUBSTEPS), believed=self.nominal)
 
     def run(
         self,

@@ -1,9 +1,11 @@
 """The data sheet as a distribution: constants that may lie off their nominal values, and its price.
 
 A constant s of nominal value s0 and tolerance t (the half width that holds 95 % of sound machines)
-is known as a normal distribution of standard deviation t / 2. Its *pull* is (s - s0) / t: 1 stands
-at the edge of the sheet. Pulls are fitted beside every candidate, and cost (2 pull)^2 each, what
-they cost in the logarithm of the distribution, twice over.
+is known as log s, normally distributed about log s0 with a standard deviation of t / (2 s0): in
+logarithms what scales together (a torque constant, and all inertias and frictions) lies on straight
+lines. Its *pull* is log(s / s0) s0 / t, hence (s - s0) / t near the nominal value: 1 stands at the
+edge of the sheet. Pulls are fitted beside every candidate, and cost (2 pull)^2 each, twice what
+they take off the logarithm of the distribution.
 """
 
 from __future__ import annotations
@@ -26,8 +28,7 @@ FloatArray = NDArray[np.float64]
 # different ones. Calibrated with the sealed study: the square of a misfit that falls by 4 %, the
 # least that an effect has to take off, is then worth as much as a constant at twice its tolerance.
 EVIDENCE_PER_S = 25.0
-_LEAST_SHARE = 0.02  # of its nominal value: no constant of a drive is fitted to 0 or below
-_FAR = 50.0  # tolerances that a pull may reach
+_FAR = 50.0  # tolerances that a pull may reach, and factor that a constant may change by
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,22 +69,37 @@ class Sheet:
         """Pulls of the nominal values: zeros."""
         return np.zeros(len(self.keys))
 
+    @property
+    def _relative(self) -> FloatArray:
+        """Tolerances as shares of the nominal values; 0 where there is none to be a share of."""
+        return np.divide(
+            self.tolerance,
+            self.nominal,
+            out=np.zeros_like(self.tolerance),
+            where=self.nominal > 0.0,
+        )
+
+    def values(self, pulls: FloatArray) -> FloatArray:
+        """Values of all constants, float64[k]; on a line where the nominal value is 0."""
+        relative = self._relative
+        on_line = self.nominal + self.tolerance * pulls
+        made: FloatArray = np.where(
+            relative > 0.0, self.nominal * np.exp(relative * pulls), on_line
+        )
+        return made
+
     def constants(self, pulls: FloatArray) -> dict[str, float]:
         """Values of the constants by key; those at their nominal values are left out."""
-        return {
-            key: float(value + width * pull)
-            for key, value, width, pull in zip(
-                self.keys, self.nominal, self.tolerance, pulls, strict=True
-            )
-            if pull != 0.0
-        }
+        values = self.values(pulls)
+        return {key: float(values[row]) for row, key in enumerate(self.keys) if pulls[row] != 0.0}
 
     def bounds(self) -> tuple[FloatArray, FloatArray]:
-        """(lowest, highest) pulls that a fit may reach: no constant changes its sign."""
-        room = (1.0 - _LEAST_SHARE) * np.abs(self.nominal) / self.tolerance
-        low = np.where(self.nominal > 0.0, -np.minimum(room, _FAR), -_FAR)
-        high = np.where(self.nominal < 0.0, np.minimum(room, _FAR), _FAR)
-        return low, high
+        """(lowest, highest) pulls that a fit may reach, by a factor of `_FAR` at the most."""
+        relative = self._relative
+        reach = np.where(
+            relative > 0.0, math.log(_FAR) / np.where(relative > 0, relative, 1.0), _FAR
+        )
+        return -np.minimum(reach, _FAR), np.minimum(reach, _FAR)
 
     def price(self, pulls: FloatArray) -> float:
         """What leaving the sheet costs: the sum of (2 pull)^2."""
@@ -98,11 +114,13 @@ class Sheet:
         return cost * math.exp(min(self.price(pulls) / self.evidence, 100.0))
 
     def free(self, effects: Collection[str]) -> NDArray[np.bool_]:
-        """Constants that are fitted beside `effects`: those that none of them stands for, bool[k]."""
+        """Constants that are fitted beside `effects`: none of these stands for them, bool[k]."""
         taken = {CATALOGUE[name].constant for name in effects}
         return np.array([key not in taken for key in self.keys], dtype=bool)
 
-    def pulled_to(self, effect: str, values: Mapping[str, float], drive: DriveParameters) -> FloatArray:
+    def pulled_to(
+        self, effect: str, values: Mapping[str, float], drive: DriveParameters
+    ) -> FloatArray:
         """The pull, float64[k], that makes of the sheet what a constant's effect makes of it.
 
         Zeros where the effect stands for no uncertain constant. drive: the nominal one.
@@ -110,11 +128,13 @@ class Sheet:
         pulls = self.at_nominal
         row = self.index(CATALOGUE[effect].constant)
         if row is not None:
-            value = values[CATALOGUE[effect].parameters[0].name]
-            pulls[row] = (value - CATALOGUE[effect].neutral(drive)) / self.tolerance[row]
+            off = values[CATALOGUE[effect].parameters[0].name] - CATALOGUE[effect].neutral(drive)
+            relative = self._relative[row]
+            pulls[row] = off / self.tolerance[row]
+            if relative > 0.0:
+                pulls[row] = math.log(max(1.0 + relative * pulls[row], 1.0 / _FAR)) / relative
         return pulls
 
     def index(self, key: str | None) -> int | None:
         """Where a constant stands among the uncertain ones; None where it is not one of them."""
         return self.keys.index(key) if key in self.keys else None
-

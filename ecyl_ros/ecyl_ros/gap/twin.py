@@ -1,8 +1,8 @@
-"""The closer twin: the user's drive file with the causes of a gap added under `effects`.
+"""The closer twin: the user's drive file with the constants that were found, and the causes.
 
-The file's text is kept to the letter, comments and order included; lines are only put in. What
-comes out is read back before it takes its place: it must be the nominal drive with the effects,
-nothing else.
+The file's text is kept, comments and order included: found constants take the place of the nominal
+ones, causes are put in under `effects`. What comes out is read back before it takes its place: it
+must be the nominal drive with these, nothing else.
 """
 
 from __future__ import annotations
@@ -15,36 +15,74 @@ import yaml
 
 from ..drive.drive_file import drive_to_flat, load_drive, resolve_drive
 from ..drive.parameters import DriveParameters
+from ..drive.tolerances import with_constants
 from ..effects.catalogue import CATALOGUE
 from ..errors import InputError
 from ..recording.atomic import replacing
 from .diagnosis import Diagnosis
+from .drive_text import SECTION, number, with_values
 
 Effects = Mapping[str, Mapping[str, float]]
 _DIGITS = 9
-_SECTION = "ros__parameters"
 
 
 def write_twin(diagnosis: Diagnosis, drive: str | os.PathLike[str], out: str | Path) -> None:
-    """Write the drive file (or profile) `drive` with the diagnosis's causes added to `out`.
+    """Write the drive file (or profile) `drive` with what the diagnosis found to `out`.
 
     Written whole or not at all. An effect that the file has already gets the values found.
 
     Raises:
-        InputError: no cause was named, the file cannot be added to without disturbing it, or `out`
+        InputError: nothing was found, the file cannot be changed without disturbing it, or `out`
             cannot be written.
     """
-    if not diagnosis.causes:
+    if not diagnosis.closes:
         raise InputError(f"{out}: not written, for no cause was named")
     source = resolve_drive(drive)
+    nominal = load_drive(source)
     effects = {one.effect: _rounded(one.effect, diagnosis) for one in diagnosis.causes}
+    constants, lead = _constants(diagnosis, nominal)
+    notes = remarks(diagnosis)
+    if lead is not None:
+        effects["lead_error"] = {"lead_m": lead}
+        notes["lead_error"] = "within its tolerance; the controller goes on believing the sheet"
     text = source.read_bytes().decode("utf-8")
-    wanted = _added(load_drive(source), effects)
+    wanted = _added(with_constants(nominal, constants), effects)
     try:
-        changed = add_effects(text, effects, remarks(diagnosis))
+        changed = with_values(text, _as_written(nominal, constants))
+        changed = add_effects(changed, effects, notes) if effects else changed
     except ValueError:
         changed = ""
     write_checked(out, changed, lambda path: _reads_as(path, wanted), source, effects)
+
+
+def _constants(
+    diagnosis: Diagnosis, drive: DriveParameters
+) -> tuple[dict[str, float], float | None]:
+    """Found constants by key, and the lead if it was found off the sheet.
+
+    The controller turns its reference into a rotor angle by the sheet's lead and gear ratio, which
+    must therefore stay in the file.
+    """
+    found = {
+        one.parameter: float(f"{one.value:.{_DIGITS}g}")
+        for one in diagnosis.sheet
+        if one.value != one.nominal
+    }
+    lead = found.pop("transmission.lead", drive.transmission.lead)
+    ratio = found.pop("transmission.gear_ratio", drive.transmission.gear_ratio)
+    lead *= drive.transmission.gear_ratio / ratio
+    return found, None if lead == drive.transmission.lead else float(f"{lead:.{_DIGITS}g}")
+
+
+def _as_written(
+    drive: DriveParameters, constants: Mapping[str, float]
+) -> dict[str, float | list[float]]:
+    """Constants as the file holds them: every segment of a piecewise stiffness."""
+    changed = with_constants(drive, constants)
+    found: dict[str, float | list[float]] = dict(constants)
+    if "transmission.stiffness" in found:
+        found["transmission.stiffness"] = list(changed.transmission.stiffness)
+    return found
 
 
 def write_checked(
@@ -132,7 +170,7 @@ def add_effects(text: str, effects: Effects, remarks: Mapping[str, str]) -> str:
         else:
             raise ValueError("effects is no mapping")
     if not edits:
-        raise ValueError(f"no {_SECTION}")
+        raise ValueError(f"no {SECTION}")
     for start, stop, new in sorted(edits, reverse=True):
         text = text[:start] + new + text[stop:]
     return text
@@ -146,7 +184,7 @@ def _sections(text: str) -> list[tuple[int, yaml.MappingNode]]:
         if not isinstance(content, yaml.MappingNode):
             continue
         for inner, values in content.value:
-            if inner.value == _SECTION and isinstance(values, yaml.MappingNode):
+            if inner.value == SECTION and isinstance(values, yaml.MappingNode):
                 step = values.start_mark.column - inner.start_mark.column
                 found[str(key.value)] = (step if 0 < step <= 8 else 2, values)
     # What holds for all nodes is the place; without it every node is told.
@@ -187,21 +225,14 @@ class _Tree:
 
 def _lines(name: str, values: Mapping[str, float], remarks: Mapping[str, str]) -> list[str]:
     pairs = [
-        (f"{key}: {_number(value)}", remarks.get(f"{name}.{key}")) for key, value in values.items()
+        (f"{key}: {number(value)}", remarks.get(f"{name}.{key}")) for key, value in values.items()
     ]
     width = max((len(text) for text, remark in pairs if remark), default=0)
     return [f"{text.ljust(width)}  # {remark}" if remark else text for text, remark in pairs]
 
 
 def _flow(values: Mapping[str, float]) -> str:
-    return "{" + ", ".join(f"{key}: {_number(value)}" for key, value in values.items()) + "}"
-
-
-def _number(value: float) -> str:
-    """A number that YAML 1.1 and ROS alike read as a float: with a dot."""
-    text = repr(float(value))
-    mantissa, mark, exponent = text.partition("e")
-    return f"{mantissa}.0e{exponent}" if mark and "." not in mantissa else text
+    return "{" + ", ".join(f"{key}: {number(value)}" for key, value in values.items()) + "}"
 
 
 def _end(node: yaml.Node) -> int:

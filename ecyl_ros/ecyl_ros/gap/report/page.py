@@ -10,8 +10,8 @@ from ... import __version__
 from ...effects.catalogue import CATALOGUE
 from ...recording.atomic import write_text
 from ..diagnosis import Cause, Diagnosis, FittedParameter
+from . import pulls, residual, stretch, words
 from . import quantities as q
-from . import residual, stretch, words
 from .markup import escape, figure, key, table, typeset
 from .rivals import contains
 from .style import CSS
@@ -33,6 +33,7 @@ def report_html(diagnosis: Diagnosis) -> str:
         _closing(diagnosis),
         _stretch(diagnosis),
         _causes(diagnosis),
+        _sheet(diagnosis),
         _measured(diagnosis),
         _where(diagnosis),
         _stretches(diagnosis),
@@ -71,17 +72,17 @@ def _closing(diagnosis: Diagnosis) -> str:
         f"the standard deviation of what was recorded. Dashed: {diagnosis.floor_is}."
     )
     facts = []
-    if diagnosis.causes:
+    if diagnosis.closes:
         facts += [("taken off", f"{q.percent(diagnosis.shrink)} of what stands above the floor")]
     misfit = q.number(diagnosis.misfit_before)
-    if diagnosis.causes:
+    if diagnosis.closes:
         misfit += f" before, {q.number(diagnosis.misfit_after)} after"
     facts += [
         ("misfit", f"{misfit}: the same in noise floors, robust against single spikes"),
         ("a perfect model", f"has a misfit of about {q.number(diagnosis.misfit_perfect, 2)}"),
     ]
     items = "".join(f"<dt>{typeset(name)}</dt><dd>{typeset(text)}</dd>" for name, text in facts)
-    heading = "How the gap closes" if diagnosis.causes else "How large the gap is"
+    heading = "How the gap closes" if diagnosis.closes else "How large the gap is"
     picture = figure(waterfall(diagnosis), caption)
     return _section(heading, f'<div class="pair">{picture}<dl>{items}</dl></div>')
 
@@ -92,6 +93,8 @@ def _keys(diagnosis: Diagnosis, *, recorded: bool) -> str:
     if diagnosis.causes:
         added = "cause" if len(diagnosis.causes) == 1 else "causes"
         kinds.append(("after", f"with the {added} added"))
+    elif diagnosis.closes:
+        kinds.append(("after", "with the constants found"))
     if not recorded:
         kinds.append(("floor", diagnosis.floor_is))
     return key(*kinds)
@@ -182,6 +185,33 @@ def _measured(diagnosis: Diagnosis) -> str:
     return _section("The machine as measured", table(caption, head, rows))
 
 
+def _sheet(diagnosis: Diagnosis) -> str:
+    if not diagnosis.sheet:
+        return ""
+    head = [("constant", ""), ("nominal", "num"), ("found", "num"), ("95 % interval", "num")]
+    head += [("pull", "num"), ("", "share")]
+    rows = []
+    for one in diagnosis.sheet:
+        *cells, pull = q.sheet_value(one)
+        label = words.constant(one.parameter)
+        rows.append(
+            [
+                f'{typeset(label[:1].upper() + label[1:])} <span class="quiet">'
+                f"{escape(one.parameter)}</span>",
+                *(typeset(cell) for cell in cells),
+                f"<b>{typeset(pull)}</b>" if one.seen and abs(one.pull) > 1.0 else typeset(pull),
+                pulls.bar(one),
+            ]
+        )
+    caption = (
+        "Every constant is fitted beside the causes, at the price of leaving its tolerance, the "
+        "half width that holds 95 % of sound machines. The pull is the distance from the nominal "
+        "value in tolerances: 1 is the edge of the sheet. Where the recording says no more than "
+        "the sheet, the constant is not seen here."
+    )
+    return _section("The sheet", table(caption, head, rows))
+
+
 def _where(diagnosis: Diagnosis) -> str:
     pictures = residual.figures(diagnosis)
     return _section(
@@ -218,7 +248,7 @@ def _stretches(diagnosis: Diagnosis) -> str:
 
 
 def _signals(diagnosis: Diagnosis) -> str:
-    both = bool(diagnosis.causes)
+    both = diagnosis.closes
     head = [("signal", ""), ("gap / floor", "num")]
     head += [("after / floor", "num")] if both else []
     head += [("gap", "num")]

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 
-from ..diagnosis import FittedParameter, Measured
+from ..diagnosis import FittedParameter, Measured, SheetValue
 
 # Larger to smaller: factor from SI, and what the unit is then called.
 _LADDERS: dict[str, tuple[tuple[float, str], ...]] = {
@@ -144,6 +144,20 @@ def measured(one: Measured) -> tuple[str, str, str]:
     if one.low == one.high:
         return amount(one.value, one.unit), "-", nominal
     return joined(value, unit), f"{low} to {high}", nominal
+
+
+def sheet_value(one: SheetValue) -> tuple[str, str, str, str]:
+    """Nominal with its tolerance, value found, its 95 % interval and pull of a constant."""
+    factor, unit = engineering(one.nominal, one.unit)
+    places = decimals(one.nominal * factor, one.low * factor, one.high * factor)
+    value, low, high = (f"{x * factor:.{places}f}" for x in (one.value, one.low, one.high))
+    # A tolerance to two digits, the nominal value to as many decimals.
+    half = one.tolerance * factor
+    stated = max(0, 1 - math.floor(math.log10(half))) if half > 0.0 else places
+    nominal = f"{one.nominal * factor:.{stated}f} +- {half:.{stated}f}"
+    if not one.seen:
+        return joined(nominal, unit), "not seen here", "-", "-"
+    return joined(nominal, unit), joined(value, unit), f"{low} to {high}", f"{one.pull:+.2f}"
 
 
 def with_interval(one: FittedParameter) -> str:

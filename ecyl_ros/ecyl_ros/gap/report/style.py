@@ -69,6 +69,9 @@ b { font-weight: 600; }
 td.share { min-width: 7.5rem; }
 .part { display: block; height: .5rem; background: var(--before); min-width: 1px; }
 .part.time { background: var(--quiet); height: .22rem; margin-top: .12rem; }
+svg .sheet { fill: var(--shade); }
+svg .span { stroke: var(--after); stroke-width: 1.6; }
+svg .found { fill: var(--after); }
 dl {
   display: grid; align-content: start; grid-template-columns: max-content 1fr;
   gap: .25rem 1.2rem; margin: .4rem 0;

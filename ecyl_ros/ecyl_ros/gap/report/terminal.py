@@ -22,6 +22,7 @@ def summary(diagnosis: Diagnosis, written: Sequence[str] = ()) -> str:
         _causes(diagnosis),
         _signals(diagnosis),
         _measured(diagnosis),
+        _sheet(diagnosis),
         "\n".join([*_where(diagnosis), *_runner_up(diagnosis), *_notes(diagnosis)]),
         "\n".join(f"{'written':<10}{_clean(one)}" for one in written),
     ]
@@ -65,7 +66,7 @@ def _causes(diagnosis: Diagnosis) -> str:
 def _signals(diagnosis: Diagnosis) -> str:
     if not diagnosis.signals:
         return ""
-    both = bool(diagnosis.causes)
+    both = diagnosis.closes
     head = ["held out", "gap", "after", "floor", "gap/floor", "after/floor"]
     rows = []
     for one in diagnosis.signals:
@@ -89,6 +90,18 @@ def _measured(diagnosis: Diagnosis) -> str:
     return _table(rows, (1,))
 
 
+def _sheet(diagnosis: Diagnosis) -> str:
+    """The constants that the recording tells more of than the data sheet, furthest off first."""
+    seen = sorted((one for one in diagnosis.sheet if one.seen), key=lambda one: -abs(one.pull))
+    if not seen:
+        return ""
+    rows = [["the sheet", "nominal", "found", "95 % interval", "pull"]]
+    rows += [[words.constant(one.parameter), *q.sheet_value(one)] for one in seen]
+    unseen = [words.constant(one.parameter) for one in diagnosis.sheet if not one.seen]
+    table = _table(rows, (1, 2, 4))
+    return f"{table}\nnot seen here: {', '.join(unseen)}" if unseen else table
+
+
 def _where(diagnosis: Diagnosis) -> list[str]:
     lines = []
     when = telling_condition(diagnosis)
@@ -97,7 +110,7 @@ def _where(diagnosis: Diagnosis) -> list[str]:
             f"{'when':<10}{q.whole_percent(when.share)} of the gap "
             f"{words.condition(when.condition)}, {q.whole_percent(when.time_share)} of the time"
         )
-    if diagnosis.ports and diagnosis.verdict != "no_gap":
+    if diagnosis.ports and diagnosis.verdict not in ("no_gap", "within_sheet"):
         ports = ", ".join(f"{one.block} {q.number(one.ratio)}" for one in diagnosis.ports)
         lines.append(f"{'at ports':<10}{ports} x floor")
     return lines

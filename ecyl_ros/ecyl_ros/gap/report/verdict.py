@@ -16,6 +16,8 @@ def sentence(diagnosis: Diagnosis) -> str:
     """What came out, in one to four sentences of plain text."""
     if diagnosis.verdict == "no_gap":
         return _no_gap(diagnosis)
+    if diagnosis.verdict == "within_sheet":
+        return _within_sheet(diagnosis)
     if diagnosis.verdict == "unexplained" or not diagnosis.causes:
         return _unexplained(diagnosis)
     if diagnosis.verdict == "explained":
@@ -60,6 +62,23 @@ def _no_gap(diagnosis: Diagnosis) -> str:
         f"{text}. The signal furthest from it, the {words.signal(worst.name)}, stands at "
         f"{q.times(worst.gap, worst.floor)} times {_floor(diagnosis, '')}."
     )
+
+
+def _within_sheet(diagnosis: Diagnosis) -> str:
+    share = q.percent(diagnosis.shrink)
+    text = (
+        "No cause is needed: the gap is what the tolerances of the data sheet allow. With its "
+        f"constants as found, {'all' if share == '100 %' else share} of the gap is gone on "
+        "stretches that no parameter was fitted to."
+    )
+    seen = [one for one in diagnosis.sheet if one.seen]
+    if seen:
+        most = max(seen, key=lambda one: abs(one.pull))
+        text += (
+            f" The {words.constant(most.parameter)} is furthest from its nominal value, by "
+            f"{abs(most.pull):.1f} of its tolerance."
+        )
+    return text
 
 
 def _alone(one: Cause) -> str:

@@ -49,13 +49,19 @@ def _rows(diagnosis: Diagnosis) -> list[tuple[str, str, float, float, str]]:
 
     rows = [("nominal model", "before", 0.0, diagnosis.before, size(diagnosis.before))]
     level = diagnosis.before
+    if diagnosis.sheet and diagnosis.within_sheet is not None and diagnosis.causes:
+        level = diagnosis.within_sheet
+        sign = "-" if level <= diagnosis.before else "+"
+        change = f"{sign}{_share(abs(diagnosis.before - level))}"
+        rows.append(("the sheet's constants", "taken", level, diagnosis.before, change))
     for cause, reached in zip(diagnosis.causes, diagnosis.steps, strict=False):
         sign = "-" if reached <= level else "+"
         change = f"{sign}{_share(abs(level - reached))}"
         rows.append((words.heading(cause.effect), "taken", reached, level, change))
         level = reached
-    if diagnosis.causes:
+    if diagnosis.closes:
         name = "with it added" if len(diagnosis.causes) == 1 else "with them added"
+        name = name if diagnosis.causes else "with the constants found"
         rows.append((name, "after", 0.0, diagnosis.after, size(diagnosis.after)))
     rows.append((f"{diagnosis.floor_is} (floor)", "floor", 0.0, floor, _share(floor)))
     return rows

@@ -30,6 +30,7 @@ _CONDITIONS = {
 }
 _VERDICTS = {
     "no_gap": "No gap",
+    "within_sheet": "Within the data sheet",
     "explained": "Explained",
     "partly_explained": "Partly explained",
     "unexplained": "Unexplained",
@@ -53,6 +54,17 @@ def condition(name: str) -> str:
     if name.startswith("mode_"):
         return f"in mode {name.removeprefix('mode_')}"
     return _CONDITIONS.get(name, name.replace("_", " "))
+
+
+def constant(key: str) -> str:
+    """A constant of the drive file by its dotted key: "load.inertia" is "load inertia"."""
+    group, _, name = key.partition(".")
+    text = name.replace(".", " ").replace("_", " ")
+    if group == "load":
+        return f"load {text}"
+    if group == "motor" and name in ("viscous_friction", "inductance", "resistance"):
+        return f"motor {text}"
+    return text
 
 
 def verdict(name: str) -> str:

@@ -1,0 +1,36 @@
+"""From coarse to fine: how a fit looks at a gap while it is far from it, and when it is near.
+
+Where the flanks meet, the response to a small change is a pair of spikes, and impacts that come
+early or late do not overlap: a derivative sees no way there. Coarse steps see the valley that the
+spikes stand in, and a moving mean over more than the time they are apart by shows which way they
+have to move. Both are sharpened as the fit comes near.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Stage:
+    """One way to look at a gap.
+
+    Attributes:
+        difference: step of the numerical derivatives, in a fit's coordinates (mostly logarithms).
+        pulled: the same of the sheet's constants, in tolerances.
+        wide: scale of the robust loss over the one that ranks fits; what is beyond it counts less.
+        blur_s: width of the moving mean that the gap is seen through.
+        central: derivatives by differences both ways.
+    """
+
+    difference: float
+    pulled: float
+    wide: float = 1.0
+    blur_s: float = 0.0
+    central: bool = False
+
+
+COARSE = Stage(0.15, 0.3, wide=1e3, blur_s=0.01)
+MEDIUM = Stage(0.02, 0.1, wide=5.0, blur_s=0.003)
+# Both ways, to tell what can nearly be exchanged for what: a torque constant for all inertias.
+FINE = Stage(2e-3, 0.01, central=True)
