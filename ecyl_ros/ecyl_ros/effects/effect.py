@@ -136,7 +136,8 @@ class Effect:
             given, none where there is no such thing (a limit).
         neutral: the value of those at which the effect vanishes.
         constant: key of the drive file's constant that it gives another value, None where it is
-            something that the nominal model does not have.
+            something that the nominal model does not have. on_top: its parameter is what comes on
+            top of the nominal value, not the value.
         rate: largest rate constant that it brings into the plant, 1/s; integrators step by it.
     """
 
@@ -152,6 +153,7 @@ class Effect:
     sized: tuple[str, ...] | None = None
     neutral: Callable[[DriveParameters], float] = _zero
     constant: str | None = None
+    on_top: bool = False
     rate: Callable[[Mapping[str, float], DriveParameters], float] = _slow
 
     def __post_init__(self) -> None:

@@ -41,4 +41,5 @@ EFFECT = Effect(
     starts=starts,
     modify=modify,
     constant="load.viscous_friction",
+    on_top=True,
 )

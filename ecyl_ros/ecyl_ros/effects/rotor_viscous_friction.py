@@ -41,4 +41,5 @@ EFFECT = Effect(
     starts=starts,
     modify=modify,
     constant="motor.viscous_friction",
+    on_top=True,
 )

@@ -156,7 +156,7 @@ def _assemble(
         order: list[str] = []
         for fit in chain:
             order += [name for name in fit.names if name not in order]
-        spans, _ = intervals(winner, fitter.rows, replay.time_s)
+        spans, _ = intervals(winner, fitter.rows, replay.time_s, fitter.sheet)
         previous = in_all(alone)
         for name, fit in zip(order, chain, strict=True):
             now = in_all(fit)
@@ -271,7 +271,7 @@ def _sheet(fitter: Fitter, final: Fit) -> tuple[SheetValue, ...]:
     sheet = fitter.sheet
     if not len(sheet) or final is fitter.nominal:
         return ()
-    _, halves = intervals(final, fitter.rows, fitter.replay.time_s)
+    _, halves = intervals(final, fitter.rows, fitter.replay.time_s, sheet)
     found, low, high = (sheet.values(final.pulls + off) for off in (0.0, -halves, halves))
     return tuple(
         SheetValue(

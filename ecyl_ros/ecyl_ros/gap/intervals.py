@@ -11,8 +11,10 @@ import math
 import numpy as np
 from scipy.stats import t as student
 
+from ..effects.catalogue import CATALOGUE
 from .fit import LOSS_SCALE, Fit
 from .replay import BoolArray, FloatArray
+from .sheet import Sheet
 from .split import STRETCH_S
 
 # Half width, as a share of the value, that no interval falls below: the effect's form and the
@@ -20,7 +22,9 @@ from .split import STRETCH_S
 FORM = 4e-3
 
 
-def variances(fit: Fit, rows: BoolArray, time_s: FloatArray) -> tuple[FloatArray, int]:
+def variances(
+    fit: Fit, rows: BoolArray, time_s: FloatArray, evidence: float
+) -> tuple[FloatArray, int]:
     """Variance of each of the fit's coordinates and pulls, and how many stretches it rests on.
 
     The sandwich estimator over stretches of the recording: within a stretch the residual may be
@@ -37,6 +41,10 @@ def variances(fit: Fit, rows: BoolArray, time_s: FloatArray) -> tuple[FloatArray
     columns = jacobian.reshape(signals, -1, size)
     hessian = np.einsum("snk,sn,snl->kl", columns, weight, columns)
     sheet = np.diag([0.0] * len(fit.coordinates) + [4.0] * len(fit.pulled))
+    # What the sheet alone can tell from one another hangs on derivatives that no differences give
+    # well enough: there the evidence counts that the fit itself weighs the sheet against.
+    pieces = evidence / max(float(np.sum(weight * residual**2)), float(residual.size))
+    weighed = np.linalg.pinv(pieces * hessian + sheet, rcond=1e-12, hermitian=True)
     hessian += sheet
     inverse = np.linalg.pinv(hessian, rcond=1e-12, hermitian=True)
     stretch = np.floor(time_s[rows] / STRETCH_S).astype(np.int64)
@@ -47,18 +55,27 @@ def variances(fit: Fit, rows: BoolArray, time_s: FloatArray) -> tuple[FloatArray
     correction = count / max(count - 1, 1)
     sandwich = inverse @ (correction * summed.T @ summed + sheet) @ inverse
     variance: FloatArray = np.maximum(np.diag(sandwich), np.diag(inverse))
-    return variance, count
+    return np.maximum(variance, np.diag(weighed)) if len(fit.pulled) else variance, count
+
+
+def _left_open(effect: str, sheet: Sheet) -> float:
+    """Tolerance of the constant that an effect comes on top of, 0 where it is the constant itself.
+
+    A sound machine may have so much more or less of it; what the effect adds is not known better.
+    """
+    row = sheet.index(CATALOGUE[effect].constant)
+    return float(sheet.tolerance[row]) if row is not None and CATALOGUE[effect].on_top else 0.0
 
 
 def intervals(
-    fit: Fit, rows: BoolArray, time_s: FloatArray
+    fit: Fit, rows: BoolArray, time_s: FloatArray, sheet: Sheet
 ) -> tuple[dict[tuple[str, str], tuple[float, float]], FloatArray]:
     """95 % intervals of what was fitted.
 
     Returns ({(effect, parameter): (low, high)}, half widths of the pulls float64[k], that of the
     sheet where a constant was not fitted).
     """
-    spread, count = variances(fit, rows, time_s)
+    spread, count = variances(fit, rows, time_s, sheet.evidence)
     found = {}
     quantile = float(student.ppf(0.975, max(count - 1, 2)))
     for index, one in enumerate(fit.coordinates):
@@ -67,6 +84,10 @@ def intervals(
         form = FORM if one.logarithmic else FORM * abs(value) / one.scale
         half = math.hypot(quantile * math.sqrt(max(float(spread[index]), 0.0)), form)
         low, high = one.outward(raw - min(half, 50.0)), one.outward(raw + min(half, 50.0))
+        open_ = _left_open(one.effect, sheet)
+        if open_ > 0.0:
+            middle, half = 0.5 * (low + high), 0.5 * abs(high - low)
+            low, high = middle - math.hypot(half, open_), middle + math.hypot(half, open_)
         found[one.effect, one.quantity.name] = (
             max(min(low, high), one.quantity.low),
             min(max(low, high), one.quantity.high),
