@@ -32,11 +32,13 @@ _BY_CHANCE = 1e-6  # runs that long, expected of the signal's own statistics
 _FEWEST_RUNS = 50
 _VALUES = 12  # different ones; a signal of fewer is a state, not a measurement
 _BESIDE = 50  # samples on either side of a run that noise is taken from
-_WHITE = -0.4  # correlation of neighbouring third differences; -0.75 where all is white noise
+_WHITE = 0.6  # share of third differences that turn their sign; 0.77 where all is white noise
 _NOISE_STEPS = 3.0  # a signal's finest steps
+_PAUSE = 2.5  # steps of time
 _LEAP = 5.0  # times the largest other step
 _CARRIED = 0.02  # of the range, that the speed has to carry a frozen position
 _RESTS = 5  # samples at the end of an integer range
+_SUDDEN = 0.15  # of the usual step, with which a signal runs into the end of its range
 _RANGES = (12, 13, 14, 16, 24, 32)  # bits of integers whose ends are known
 
 
@@ -220,7 +222,7 @@ def _evident(own: _Runs, run: int, speed: FloatArray | None, stamps: StampArray)
     end = begin + int(own.lengths[run])
     return (
         _noise_rests(own, begin, end)
-        or _leaps(own, begin, end)
+        or _leaps(own, begin, end, stamps)
         or (speed is not None and _carried(own, begin, end, speed, stamps))
     )
 
@@ -239,19 +241,22 @@ def _noise_rests(own: _Runs, begin: int, end: int) -> bool:
 def _noise(side: FloatArray) -> float:
     """Standard deviation of the white noise in some samples; 0 where they run smoothly.
 
-    Third differences of white noise go with -0.75 of the ones before, those of a smooth motion,
-    however sharp its jerk, with the same sign.
+    Of white noise three in four third differences have the other sign than the one before, of a
+    smooth motion, however sharp its jerk, nearly none.
     """
     third = np.diff(side[np.isfinite(side)], 3)
-    power = float(third @ third)
-    if third.size < 8 or not power > 0.0 or float(third[1:] @ third[:-1]) > _WHITE * power:
+    turns = third[1:] * third[:-1] < 0.0
+    if third.size < 8 or not float(turns.mean()) > _WHITE:
         return 0.0
     return 1.4826 * float(np.median(np.abs(third))) / math.sqrt(20.0)
 
 
-def _leaps(own: _Runs, begin: int, end: int) -> bool:
+def _leaps(own: _Runs, begin: int, end: int, stamps: StampArray) -> bool:
     values = own.values
     if end + _RESTS >= values.size or begin < _RESTS:
+        return False
+    # Behind samples that were lost it may be anywhere.
+    if stamps[end] - stamps[end - 1] > _PAUSE * float(np.median(np.diff(stamps[begin:end]))):
         return False
     leap = float(values[end] - values[end - 1])
     after = values[end : end + _RESTS]
@@ -377,4 +382,4 @@ def _sudden(values: FloatArray, begin: int, stop: int) -> bool:
         sides.append(abs(float(values[begin - 1] - values[begin - 4])) / 3.0)
     if stop + 4 <= values.size:
         sides.append(abs(float(values[stop + 3] - values[stop])) / 3.0)
-    return bool(sides) and max(sides) >= 0.5 * usual > 0.0
+    return bool(sides) and max(sides) >= _SUDDEN * usual > 0.0

@@ -52,6 +52,7 @@ _QUANTITY = {
     "vd": "voltage_d",
 }
 _ROTOR = {"rotor", "motor", "mot", "servo", "encoder", "enc"}
+_ENCODERS = {"encoder", "enc"}
 _ROD = {"rod", "cylinder", "piston", "slider", "carriage", "stage", "linear", "ram", "axis"}
 _FORCE = {"force"}
 _NOT = {"error", "err", "covariance", "timestamp", "time", "stamp", "acceleration", "acc"}
@@ -297,6 +298,10 @@ def _signal(one: _Candidate) -> tuple[MappedSignal, float] | None:
         quantity = "injected_torque" if torque else "injected_force"
     if quantity is None and unit:
         quantity = _MEASURED.get(dimension_of(unit) or "")
+    if quantity is None and words & _ENCODERS:
+        quantity = (
+            "velocity" if dimension_of(plain(_told(one))) == "counts per second" else "position"
+        )
     if quantity is None:
         return None
     score = 1.0 + 0.5 * bool(unit) + 0.5 * (one.field.equal < 1.0) + 0.2 * bool(one.joint)
