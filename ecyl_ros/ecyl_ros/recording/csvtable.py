@@ -446,13 +446,15 @@ def _outside_quotes(line: str) -> str:
 def _blocks(file: BinaryIO, path: Path) -> Iterator[tuple[bytes, bool]]:
     """Whole lines of about `BLOCK_BYTES`, and whether they are the last."""
     rest = b""
-    while block := file.read(BLOCK_BYTES):
-        block = rest + block
+    coming = file.read(BLOCK_BYTES)
+    while coming:
+        block, coming = rest + coming, file.read(BLOCK_BYTES)
         end = block.rfind(b"\n") + 1
         if len(block) - end > _LONGEST_LINE:
             raise InputError(f"{path}: a line has more than {_LONGEST_LINE} bytes: no CSV text")
+        if not coming:
+            yield block, True
+            return
         rest = block[end:]
         if end:
-            yield block[:end], not rest and len(block) < BLOCK_BYTES
-    if rest:
-        yield rest, True
+            yield block[:end], False

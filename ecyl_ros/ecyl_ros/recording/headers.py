@@ -40,6 +40,18 @@ def told(name: str, line: str = "") -> str:
     return "" if in_round and word.lower() in _REMARKS else word
 
 
+def unit_of(word: str, dimensions: Collection[str] = ()) -> str:
+    """The unit that a header's word means: `nm` of a torque is N m, of a length nm.
+
+    dimensions: what the column may measure; a word that fits none of them keeps its own meaning.
+    """
+    unit = plain(word)
+    if not dimensions or dimension_of(unit) in dimensions:
+        return unit
+    other = plain(_CASED.get(word.strip().lower(), unit))
+    return other if dimension_of(other) in dimensions else unit
+
+
 def ending(name: str, dimensions: Collection[str] = ()) -> str:
     """The unit that a name ends with, `target_mm`; empty where it is none that is known.
 

@@ -164,10 +164,11 @@ def instants(raw: NDArray[Any], column: TimeColumn, *, dated: bool, path: str) -
             f"{path}: {name} reaches {farthest:.4g} s; expected a time (time.unit in the map?)"
         )
     stamps = np.round(seconds * 1e9).astype(np.int64)
-    if raw.dtype.kind == "i":  # whole ms and us since 1970 keep every digit
-        tick = round(factor * 1e9)
-        if tick >= 1 and abs(tick - factor * 1e9) < 1e-9 * tick:
-            stamps = np.where(known, raw, 0).astype(np.int64) * tick
+    tick = round(factor * 1e9)
+    if tick >= 1 and abs(tick - factor * 1e9) < 1e-9 * tick:
+        ticks = np.where(known, raw, 0)
+        if bool((ticks == np.round(ticks)).all()):  # whole ms and us since 1970 keep every digit
+            stamps = ticks.astype(np.int64) * tick
     return Instants(stamps, known, unit, tuple(notes))
 
 

@@ -21,7 +21,7 @@ from .screening import HELD, SPEEDS, flaw_notes, left_out, with_sign_notes
 from .signals import FloatArray, Recording, StampArray
 from .source import Source, TableSource, Wanted, open_source
 from .topics import JOINT_STATE, TOPICS
-from .units import UNITS, dimension_of, in_si, plain, unknown_unit
+from .units import UNITS, dimension_of, in_si, unknown_unit
 from .wrap import find_wrap, hurried
 
 _TIME_KEY = "time"
@@ -145,8 +145,8 @@ def with_header_units(source: Source, signal_map: SignalMap) -> tuple[SignalMap,
             if table is None
             else header_unit(one, field, table.names, table.units, signal_map.source)
         )
-        if told and not one.told and plain(told) != one.unit:
-            unit = plain(told)
+        unit = headers.unit_of(told, MAPPED[one.name]) if told else ""
+        if unit and not one.told and unit != one.unit:
             target = MAPPED[one.name][dimension_of(unit) or ""]
             notes.append(f"{one.name}: {unit}, as the header of {field} says")
             one = dataclasses.replace(one, unit=unit, told=True, target=target)
@@ -173,7 +173,7 @@ def header_unit(
         # A name's end can mean other things: it counts where the map leaves the unit open.
         ending = headers.ending(column, dimensions)
         return ending if not one.told and len(ending) > 1 and ending not in _WORDS else ""
-    unit = plain(word)
+    unit = headers.unit_of(word, dimensions)
     dimension = dimension_of(unit)
     shown = f"the header of {column[:60]} says {word[:40]}"
     if dimension == "number":

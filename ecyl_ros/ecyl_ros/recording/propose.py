@@ -7,7 +7,7 @@ import math
 import re
 from dataclasses import dataclass
 
-from .headers import bare, ending, told
+from .headers import bare, ending, told, unit_of
 from .map import MAPPED, MappedSignal, SignalMap
 from .mapped import contract_map
 from .names import ASKED, INJECTED
@@ -65,6 +65,15 @@ _MEASURED = {
     "force": "effort",
     "current": "current_q",
     "voltage": "voltage_q",
+}
+_DIMENSIONS = {
+    "position": ("length", "angle"),
+    "velocity": ("speed", "angular speed"),
+    "effort": ("torque", "force", "current", "voltage"),
+    "current_q": ("current",),
+    "current_d": ("current",),
+    "voltage_q": ("voltage",),
+    "voltage_d": ("voltage",),
 }
 _LONGEST_ROD_M = 20.0
 _UNITS = tuple(one for one in UNITS if one not in ("time", "number", "counts", "counts per second"))
@@ -266,8 +275,19 @@ def _unit(one: _Candidate) -> str:
     """The unit that a line of units or a name gives; empty for none that is known."""
     name = re.sub(r"\[\d+\]$", "", one.field.path)
     word = _told(one)
-    unit = plain(word) if word else ending(one.topic.name if name == "data" else name, _UNITS)
-    return unit if dimension_of(unit) in _UNITS else ""
+    named = one.topic.name if name == "data" else name
+    for dimensions in (_DIMENSIONS.get(_quantity(one) or "", ()), _UNITS):
+        unit = unit_of(word, dimensions) if word else ending(named, dimensions)
+        if dimensions and dimension_of(unit) in dimensions:
+            return unit
+    return ""
+
+
+def _quantity(one: _Candidate) -> str | None:
+    """What a name speaks of; None where it says nothing of the kind."""
+    # What stands last says most: `motor_position`, `reference.positions`, `/joint/torque` `data`.
+    said = [*_ordered(one.field.path), *_ordered(one.topic.name)]
+    return next((_QUANTITY[word] for word in said if word in _QUANTITY), None)
 
 
 def _counted(one: _Candidate) -> bool:
@@ -290,9 +310,7 @@ def _signal(one: _Candidate) -> tuple[MappedSignal, float] | None:
         return None
     own = words_of(bare(one.field.path))
     unit = _unit(one)
-    # What stands last says most: `motor_position`, `reference.positions`, `/joint/torque` `data`.
-    said = [*_ordered(one.field.path), *_ordered(one.topic.name)]
-    quantity = next((_QUANTITY[word] for word in said if word in _QUANTITY), None)
+    quantity = _quantity(one)
     if words & INJECTED and quantity == "effort":
         torque = bool(words & {"torque", "trq", "tau"}) or dimension_of(unit) == "torque"
         quantity = "injected_torque" if torque else "injected_force"

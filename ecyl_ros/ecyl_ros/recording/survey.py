@@ -458,7 +458,7 @@ def _like_one(
     """The column that holds instants though no usual name says so."""
     for name in names:
         if name in dated:
-            return TimeColumn(name, ISO)
+            return TimeColumn(name)
     for name, own in values.items():
         own_words = words(bare(name)) | {bare(name).strip().lower()}
         steps = np.diff(own)
