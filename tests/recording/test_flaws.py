@@ -246,3 +246,20 @@ def test_a_rest_before_lost_samples_is_no_flaw() -> None:
     """What rests, loses 0.3 s of samples and has moved since was not frozen."""
     columns = {name: np.delete(values, slice(3_000, 3_300)) for name, values in moves().items()}
     assert flaws(columns) == []
+
+
+def test_a_smooth_current_that_rests_in_motion_is_frozen() -> None:
+    """Without noise to go by, a filtered current that stands while the shaft turns is found."""
+    time = np.arange(6000) / RATE
+    angle = 6.0 * time + 0.05 * np.sin(40.0 * time)
+    current = np.round(0.4 + 0.3 * np.sin(160.0 * time) + 0.1 * np.sin(11.0 * time), 3)
+    columns = {"time": time, "encoder": STEP_RAD * np.round(angle / STEP_RAD), "current": current}
+    assert flaws(columns) == []
+    current[2_000:2_200] = current[2_000]
+    (found,) = flaws(columns)
+    assert (found.kind, found.fields) == (FROZEN, ("current",))
+    assert (found.begin, found.end) == (2_000, 2_200)
+    # Where the shaft rests meanwhile, the current may.
+    stops = np.cumsum(np.where((time > 1.9) & (time < 2.3), 0.0, np.gradient(angle)))
+    at_rest = {**columns, "encoder": STEP_RAD * np.round(stops / STEP_RAD)}
+    assert flaws(at_rest) == []

@@ -9,6 +9,8 @@ evidence that it should have changed, one of:
 - leap: at the end of the run the signal leaps by far more than in any other sample, to where it
   then stays: what moves cannot get there at once, so it moved unseen.
 - speed: the same body's own speed, integrated over the run, carries it far over its step.
+- motion: while a position runs on at its usual pace, a speed or an effort rests for many times its
+  longest run of equal values in such motion. Positions are not judged by this: they can stick.
 
 Where all signals of a topic stand still together and one of them has such evidence, the logger has
 repeated its last sample, and nothing in it holds.
@@ -34,6 +36,7 @@ _VALUES = 12  # different ones; a signal of fewer is a state, not a measurement
 _BESIDE = 50  # samples on either side of a run that noise is taken from
 _WHITE = 0.6  # share of third differences that turn their sign; 0.77 where all is white noise
 _NOISE_STEPS = 3.0  # a signal's finest steps
+_NEAR = 25  # samples on either side, that a pace is taken from
 _PAUSE = 2.5  # steps of time
 _LEAP = 5.0  # times the largest other step
 _CARRIED = 0.02  # of the range, that the speed has to carry a frozen position
@@ -148,12 +151,16 @@ def find_flaws(
     runs = {name: _runs(values[:end]) for name, values in columns.items()}
     judged = {name: own for name, own in runs.items() if own.lively}
     seen: dict[tuple[int, int], set[str]] = {}
+    # What holds or bears noise shows no motion.
+    paces = [columns[name] for name in judged if name not in held and _smooth(columns[name][:end])]
     for name, own in judged.items():
         if name in held:
             continue
         speed = columns.get((speeds or {}).get(name, ""))
         for run in own.long.tolist():
-            if _evident(own, run, speed, stamps_ns):
+            if _evident(own, run, speed, stamps_ns) or _rests_in_motion(
+                own, run, [other for other in paces if other is not columns[name]]
+            ):
                 begin = int(own.starts[run])
                 seen.setdefault((begin, begin + int(own.lengths[run])), set()).add(name)
     changing = [name for name, own in runs.items() if own.starts.size > 1]
@@ -227,11 +234,15 @@ def _evident(own: _Runs, run: int, speed: FloatArray | None, stamps: StampArray)
     )
 
 
-def _noise_rests(own: _Runs, begin: int, end: int) -> bool:
+def _at_rail(own: _Runs, begin: int) -> bool:
+    """A limit that is reached, or a current that is switched off, bears no noise either."""
     value = float(own.values[begin])
     known = own.values[np.isfinite(own.values)]
-    # A limit that is reached, or a current that is switched off, bears no noise either.
-    if value == 0.0 or value in (float(known.min()), float(known.max())):
+    return value == 0.0 or value in (float(known.min()), float(known.max()))
+
+
+def _noise_rests(own: _Runs, begin: int, end: int) -> bool:
+    if _at_rail(own, begin):
         return False
     sides = [own.values[max(0, begin - _BESIDE) : begin], own.values[end : end + _BESIDE]]
     judged = [side for side in sides if side.size >= _SHORTEST]
@@ -264,6 +275,44 @@ def _leaps(own: _Runs, begin: int, end: int, stamps: StampArray) -> bool:
     # A lone outlier comes back; what moved unseen stays where it is, and had the time for it.
     stays = math.isfinite(there) and abs(leap - there) < 0.5 * abs(leap)
     return stays and _LEAP * own.largest < abs(leap) <= (end - begin) * own.largest
+
+
+def _smooth(values: FloatArray) -> bool:
+    """Whether a signal's single steps add up to the way it makes: a position, no noise."""
+    known = values[np.isfinite(values)]
+    way = float(np.abs(known[2 * _NEAR :] - known[: -2 * _NEAR]).sum())
+    return bool(way > 0.5 * 2 * _NEAR * np.abs(np.diff(known)).sum() > 0.0)
+
+
+def _moving(values: FloatArray) -> NDArray[np.bool_]:
+    """Where a smooth signal goes at half its usual pace or faster."""
+    out = np.zeros(values.size, dtype=bool)
+    if values.size <= 4 * _NEAR:
+        return out
+    way = np.abs(values[2 * _NEAR :] - values[: -2 * _NEAR])
+    going = way[way > 0.0]
+    if going.size:
+        out[_NEAR:-_NEAR] = way >= 0.5 * float(np.median(going))
+    return out
+
+
+def _rests_in_motion(own: _Runs, run: int, others: list[FloatArray]) -> bool:
+    begin = int(own.starts[run])
+    length = int(own.lengths[run])
+    values = own.values
+    # A position can stick while its drive goes on.
+    if _at_rail(own, begin) or _smooth(values):
+        return False
+    ordinary = np.ones(own.starts.size, dtype=bool)
+    ordinary[own.long] = False
+    for other in others:
+        moving = _moving(other[: values.size])
+        if float(moving[begin : begin + length].mean()) < 0.9:
+            continue
+        longest = own.lengths[ordinary & moving[own.starts]].max(initial=1)
+        if length >= _RARER * float(longest):
+            return True
+    return False
 
 
 def _carried(own: _Runs, begin: int, end: int, speed: FloatArray, stamps: StampArray) -> bool:

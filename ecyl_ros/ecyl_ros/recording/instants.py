@@ -153,7 +153,10 @@ def instants(raw: NDArray[Any], column: TimeColumn, *, dated: bool, path: str) -
         times = int((np.abs(steps) > 0.5 * period).sum())
         raw = _onward(values, period)
         notes.append(f"{name} starts again {times} times after {column.wrap.text}: made whole")
-    known &= ~_zeros_at_the_end(raw, known)
+    empty = zeros_at_the_end(raw, known)
+    if empty.any():
+        known &= ~empty
+        notes.append(f"the end is cut off: {int(empty.sum())} rows whose {name} is 0")
     factor = in_si(unit) * column.scale
     if raw.dtype.kind == "i" and factor == 1e-9:
         return Instants(np.where(known, raw, 0).astype(np.int64), known, unit, tuple(notes))
@@ -185,7 +188,7 @@ def _onward(values: NDArray[np.float64], period: float) -> NDArray[np.float64]:
     return out
 
 
-def _zeros_at_the_end(raw: NDArray[Any], known: NDArray[np.bool_]) -> NDArray[np.bool_]:
+def zeros_at_the_end(raw: NDArray[Any], known: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """Rows that a logger left empty: their time is 0 behind times above it."""
     out = np.zeros(raw.size, dtype=np.bool_)
     filled = np.flatnonzero(known & (raw != 0))

@@ -344,8 +344,13 @@ def _signal(one: _Candidate) -> tuple[MappedSignal, float] | None:
     signal = MappedSignal(name, dimensions[dimension], one.path, one.topic.name, one.joint, unit)
     wrap = one.field.wrap
     if wrap is not None and (dimension in ("length", "angle") or wrap.wrap.signed):
-        turn = math.isnan(wrap.wrap.period) and dimension != "angle"
-        if not turn:
+        degrees = {360.0: 1.0, 3600.0: 0.1, 36000.0: 0.01}.get(wrap.wrap.period)
+        turn = math.isnan(wrap.wrap.period) or degrees is not None
+        if turn and "angle" in dimensions and not _unit(one):  # what turns so is an angle
+            unit, target = ("deg" if degrees else "rad"), dimensions["angle"]
+            signal = dataclasses.replace(signal, unit=unit, target=target, scale=degrees or 1.0)
+            signal = dataclasses.replace(signal, wrap=wrap.wrap)
+        elif not turn or dimension == "angle":
             signal = dataclasses.replace(signal, wrap=wrap.wrap)
     return signal, score
 

@@ -444,7 +444,9 @@ def _clock(source: TableSource, topic: str, signal_map: SignalMap | None) -> _Cl
                     "a clock that starts again does, hence wrap"
                 )
         found_instants = instants(raw, column, dated=dated, path=str(source.path))
-        return _Clock(column, found_instants, tuple(remarks))
+        name = f"{topic}: " if topic else ""
+        cut = [f"{name}{note}" for note in found_instants.notes if "cut off" in note]
+        return _Clock(column, found_instants, tuple(remarks), tuple(cut))
     except InputError as error:
         return _Clock(notes=(str(error),))
 
@@ -461,7 +463,8 @@ def _like_one(
             return TimeColumn(name)
     for name, own in values.items():
         own_words = words(bare(name)) | {bare(name).strip().lower()}
-        steps = np.diff(own)
+        own = own[: int(np.flatnonzero(own != 0)[-1]) + 1] if (own != 0).any() else own
+        steps = np.diff(own)  # but for rows at the end that were never filled
         if not own_words & _TIME_WORDS or steps.size < 2 or not (steps >= 0.0).mean() > 0.9:
             continue
         if not (steps >= 0.0).mean() > 0.99 and find_clock_wrap(own.astype(np.float64)) is None:
