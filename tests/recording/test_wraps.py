@@ -153,6 +153,15 @@ def test_a_map_makes_whole_in_the_fields_own_unit(
     assert abs(turns - round(turns)) < 1e-3
 
 
+def test_an_encoder_of_one_turn_begins_within_half_a_turn_of_zero(tmp_path: Path) -> None:
+    """One that stands a little below zero reads 359 deg there, and becomes -1 deg, not 359."""
+    raw = np.mod(359.0 + 100.0 * np.sin(3.0 * TIME), 360.0)
+    path = table(tmp_path / "a.csv", t=TIME, q=raw)
+    tree = {"signals": {"rotor_position": {"field": "q", "unit": "deg", "wrap": 360}}}
+    found = read_mapped(path, parse_map(tree, "m")).rotor_position_rad
+    np.testing.assert_allclose(np.degrees(found), -1.0 + 100.0 * np.sin(3.0 * TIME), atol=1e-9)
+
+
 def test_the_sign_of_an_effort_is_mended_and_no_more(tmp_path: Path) -> None:
     """Two's complement read unsigned becomes negative; a current does not go on past its range."""
     current = np.round(3000.0 * np.sin(3.0 * TIME))

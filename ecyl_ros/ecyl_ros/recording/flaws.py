@@ -25,6 +25,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from .names import PLACED, words
 from .signals import FloatArray, StampArray
 
 FROZEN, REPEATED, CUT_END, SATURATED = "frozen", "repeated", "cut_end", "saturated"
@@ -158,8 +159,9 @@ def find_flaws(
             continue
         speed = columns.get((speeds or {}).get(name, ""))
         for run in own.long.tolist():
+            others = [] if words(name) & PLACED else paces
             if _evident(own, run, speed, stamps_ns) or _rests_in_motion(
-                own, run, [other for other in paces if other is not columns[name]]
+                own, run, [other for other in others if other is not columns[name]]
             ):
                 begin = int(own.starts[run])
                 seen.setdefault((begin, begin + int(own.lengths[run])), set()).add(name)

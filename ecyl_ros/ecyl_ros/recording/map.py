@@ -160,7 +160,15 @@ class MappedSignal:
             return values
         with np.errstate(all="ignore"):
             signed = folded(values, period) if self.wrap.signed else values
-            return unwrapped(signed, period) if self.dimension in _POSITIONS else signed
+            if self.dimension not in _POSITIONS:
+                return signed
+            out = unwrapped(signed, period)
+            turn = math.tau / (self.unit_si * abs(self.scale))
+            known = out[np.isfinite(out)]
+            # Which turn an encoder of one turn stands in is open: the one about zero.
+            if known.size and self.dimension == "angle" and math.isclose(period, turn):
+                out -= period * np.floor(known[0] / period + 0.5)
+            return out
 
     def in_si(self, values: FloatArray) -> FloatArray:
         """The signal from the field's `whole` values: unit x (sign x scale x value + offset)."""

@@ -25,6 +25,11 @@ ASKED = {
 }
 # Words of what is put in from outside on purpose.
 INJECTED = {"injected", "injection", "excitation", "feedforward", "disturbance", "shaker"}
+# Words of a place: what has one can stick while its drive goes on.
+PLACED = {
+    *("position", "positions", "pos", "angle", "encoder", "enc", "displacement", "stroke", "slide"),
+    *("theta", "travel"),
+}
 # Words of instants and counters of samples.
 TIMED = {
     *("time", "timestamp", "stamp", "stamps", "clock", "t", "sec", "nanosec", "seq", "date"),
