@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.io import loadmat, savemat
 
 from ecyl_ros.cli.main import main
 from ecyl_ros.recording.flaws import CUT_END, FROZEN, REPEATED, SATURATED, find_flaws
@@ -17,6 +18,7 @@ from ecyl_ros.recording.signals import Recording
 from ecyl_ros.recording.survey import survey
 from ecyl_ros.recording.writer import write_recording
 
+SHARED = Path(__file__).parents[3] / "shared" / "field"
 RATE = 1000
 STEP_RAD = 2.0 * np.pi / 4096  # of a 12 bit encoder
 
@@ -222,6 +224,35 @@ def test_inspect_tells_flaws_in_text_and_json(
     (flaw,) = topic["flaws"]
     assert (flaw["kind"], flaw["fields"], flaw["rows"]) == ("frozen", ["current"], [2100, 2400])
     assert (flaw["from_s"], flaw["to_s"]) == (2.1, 2.399)
+
+
+@pytest.mark.skipif(not SHARED.is_dir(), reason="no ../shared/field beside the repository")
+@pytest.mark.parametrize(
+    "name",
+    [
+        "emps/DATA_EMPS.mat",
+        "laas_pmsm_cogging/speed_test.txt",
+        "laas_pmsm_cogging/speed_test1.txt",
+        "sage_so101/triangle_wave",
+        "sage_so101/friction_gravity",
+        "sage_so101/backlash_detection",
+    ],
+)
+def test_real_drives_as_published_have_no_flaw(name: str) -> None:
+    """A screw stage, a brushless motor and servos of 12 bit: nothing frozen, nothing that wraps."""
+    assert survey(SHARED / name).flaw_lines() == []
+
+
+@pytest.mark.skipif(not SHARED.is_dir(), reason="no ../shared/field beside the repository")
+def test_a_real_stage_frozen_by_hand_is_found(tmp_path: Path) -> None:
+    """The published stage with its position held for 40 ms in motion: found to the sample."""
+    raw = loadmat(SHARED / "emps" / "DATA_EMPS.mat")
+    columns = {name: np.array(raw[name][:, 0], dtype=float) for name in ("t", "qg", "qm", "vir")}
+    columns["qm"][5_200:5_240] = columns["qm"][5_200]
+    savemat(tmp_path / "a.mat", columns)
+    (topic,) = survey(tmp_path / "a.mat").topics
+    (flaw,) = topic.flaws
+    assert (flaw.kind, flaw.fields, flaw.begin, flaw.end) == (FROZEN, ("qm",), 5_200, 5_240)
 
 
 def test_pieces_join_to_the_whole(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -33,7 +33,7 @@ PLACED = {
 # Words of instants and counters of samples.
 TIMED = {
     *("time", "timestamp", "stamp", "stamps", "clock", "t", "sec", "nanosec", "seq", "date"),
-    *("datetime", "utc", "tick", "index", "sample", "counter"),
+    *("datetime", "utc", "index", "sample"),
 }
 
 
