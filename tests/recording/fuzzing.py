@@ -21,6 +21,7 @@ from scipy.io import savemat
 from ecyl_ros.drive.drive_file import config_folder, load_drive
 from ecyl_ros.errors import InputError
 from ecyl_ros.recording.bag import Bag, in_time_order, read_bag
+from ecyl_ros.recording.check import check_map
 from ecyl_ros.recording.csvfile import write_csv
 from ecyl_ros.recording.load import load_recording
 from ecyl_ros.recording.map import SignalMap, load_map, parse_map
@@ -176,6 +177,14 @@ signals:
   rod_position: {topic: /joint_states, field: position, sign: -1}
   effort: "/joint_states.effort[1]"
 """
+COUNTED = """stamp: header
+time: {field: t, unit: ms, wrap: 16bit}
+signals:
+  rotor_position: {field: enc, unit: counts, counts_per_rev: 4096, wrap: 12bit, resolution: 1}
+  rod_position: {field: x, unit: counts, counts_per_m: 1e6, wrap: signed 16bit, sign: -1}
+  reference_position: {field: q, unit: deg, wrap: rev}
+  injected_force: {field: f, unit: N}
+"""
 METADATA = """rosbag2_bagfile_information:
   version: 9
   storage_identifier: mcap
@@ -213,6 +222,7 @@ def seeds(folder: Path) -> dict[str, list[bytes]]:
     listed = "\n".join(f'S,{20000 * i},"[{i}.0, 0.5]"' for i in range(60))
     out["csv"].append(f"# made\ntype,timestamp,positions\n{listed}\n".encode())
     out["csv"].append(b"\n".join(b"%d %g %g" % (i, 0.1 * i, 2.0) for i in range(60)))
+    out["csv"] += [text.encode() for text in _machines()]
     time = np.arange(60) * 1e-3
     for options in ({}, {"do_compression": True}, {"format": "4"}):
         tree: dict[str, object] = {"t": time, "q": np.sin(time)[:, None], "kp": 3.0}
@@ -223,12 +233,33 @@ def seeds(folder: Path) -> dict[str, list[bytes]]:
         savemat(stream, tree, **options)
         out["mat"].append(stream.getvalue())
     out["drive"] = [path.read_bytes() for path in sorted(config_folder().glob("*.yaml"))]
-    out["map"] = [MAP.encode(), b"time: {field: t, unit: ms}\nsignals: {rod_position: q}\n"]
+    out["map"] = [
+        MAP.encode(),
+        COUNTED.encode(),
+        b"time: {field: t, unit: ms}\nsignals: {rod_position: q}\n",
+    ]
     out["metadata"] = [METADATA.encode(), METADATA.replace("mcap", "sqlite3").encode()]
     return out
 
 
+def _machines() -> list[str]:
+    """Tables as drives write them: dates, clocks and encoders that wrap, ends that lack."""
+    turns = [(37 * i) % 4096 for i in range(60)]
+    return [
+        "time;motor angle [deg];\n"
+        + "".join(f"2024-05-01T12:00:00,{i:03d}Z;{6 * i % 360},5;\n" for i in range(60)),
+        "t_ms,encoder_counts,target_rad,iq [mA]\n"
+        + "".join(f"{(65500 + i) % 65536},{turns[i]},{0.1 * i:.3f},{i % 7}.5\n" for i in range(60)),
+        "# rig 7\n# timestamp, rod_position, i\n# ms, mm, A\n"
+        + "".join(f"{1714564800000 + i},{0.01 * i:.4f},{i % 5}\n" for i in range(50))
+        + "0,0,0\n" * 10,
+        "time,pos [foo]\n" + "".join(f"{1e-3 * i:.3f},{i}.25\n" for i in range(60))[:-4],
+    ]
+
+
 WORDS = (
+    *(b"counts", b"16bit", b"signed 16bit", b"rev", b"4096", b"counts_per_rev", b"wrap", b"[foo]"),
+    *(b"2024-05-01T12:00:00Z", b"9999-12-31 00:00", b"iso8601", b"//", b"#", b"[deg]", b"(s)"),
     *(b"nan", b"1e999", b"-1", b"0", b'"', b"[", b"]", b"{", b"}", b"*a", b"&a ", b"\n", b","),
     *(b";", b"9999999999999999999", b"!!python/object:x", b"0x1", b": ", b"\t", b"~", b"true"),
     *(b"", b" ", b"mm", b"rad", b"header", b"bag", b"'", b"\xc2\xb5", b"|", b"- ", b"?", b"%"),
@@ -356,6 +387,12 @@ def _read_bag(path: Path) -> None:
 
 
 def _read_map(path: Path) -> None:
+    """Check it against a table first, entry by entry; then read it, which may refuse it."""
+    table = path.parent / "table.csv"
+    if not table.exists():
+        table.write_text("t,enc,x,q,f\n" + "".join(f"{i},{i},{i},{i},0\n" for i in range(60)))
+    checked = check_map(table, path)
+    assert not any("\n" in line or len(line) > 2000 for line in checked.lines())
     found = load_map(path)
     assert isinstance(found, SignalMap)
 

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 from ..errors import InputError
 from .outputs import add_overwrite, check_outputs
 from .progress import progress_bar
-from .recording_options import add_recording, read_map
+from .recording_options import add_recording, add_span, read_map, read_span
 
 if TYPE_CHECKING:  # not at run time, to keep `--help` fast
     from ..drive.parameters import DriveParameters
@@ -29,6 +29,7 @@ if TYPE_CHECKING:  # not at run time, to keep `--help` fast
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the verb's flags."""
     add_recording(parser, "recording")
+    add_span(parser)
     parser.add_argument(
         "--drive",
         required=True,
@@ -78,6 +79,7 @@ def run(options: argparse.Namespace) -> int:
         suffixes={"--write-mcap": ".mcap"},
     )
     judge = _judge(options, drive_file)
+    read_span(options)  # refused before anything is read
     signal_map = read_map(options)
 
     from ..gap.effort.twin import EffortDiagnosis, write_effort_twin
@@ -165,6 +167,7 @@ def _by_replay(
         LONGEST_S,
         MOST_STRETCHES,
         lambda share: progress(_LOOKED_THROUGH * share),
+        read_span(options),
     )
     if isinstance(found, LongRecording):
         return diagnose_long(
@@ -189,7 +192,11 @@ def _by_effort(
 
     source = str(options.recording)
     recording = load_stretch(
-        options.recording, signal_map, LONGEST_S, lambda share: progress(_LOOKED_THROUGH * share)
+        options.recording,
+        signal_map,
+        LONGEST_S,
+        lambda share: progress(_LOOKED_THROUGH * share),
+        read_span(options),
     )
     return _with_notes(weigh(recording, source=source, progress=progress), recording, source)
 

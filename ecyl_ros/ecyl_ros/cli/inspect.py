@@ -10,14 +10,19 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from .outputs import add_overwrite, check_outputs
+from .recording_options import add_span, read_span
 
 if TYPE_CHECKING:
     from rich.console import Console
 
+    from ..recording.check import MapCheck
+    from ..recording.map import SignalMap
+    from ..recording.span import Span
     from ..recording.survey import StampFigures, Survey, TopicSurvey
 
 FIELDS_SHOWN = 24  # per topic; --all shows the rest
 GAPS_SHOWN = 3
+CHECKED_S = 40.0  # of a large bag, whose signs are compared
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -28,6 +33,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="FILE",
         help="MCAP, sqlite3, CSV or MAT file, rosbag2 folder, or folder of CSV files",
     )
+    parser.add_argument(
+        "--map", type=Path, metavar="M.yaml", help="check this map against the recording"
+    )
+    add_span(parser)
     parser.add_argument("--write-map", type=Path, metavar="OUT.yaml", help="write the proposed map")
     parser.add_argument("--json", type=Path, metavar="OUT", help="write the figures as JSON")
     parser.add_argument("--all", action="store_true", help="show every field of every topic")
@@ -35,25 +44,41 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Look through the recording once; write what was asked for, print the rest."""
+    """Look through the recording once; write what was asked for, print the rest.
+
+    Returns 2 where a map that was to be checked cannot be used.
+    """
+    span = read_span(options)
+    check_outputs(
+        {"--write-map": options.write_map, "--json": options.json},
+        {"FILE": options.recording, "--map": options.map},
+        overwrite=options.overwrite,
+    )
+    if options.map is not None:
+        return _check(options, span)
+    return _propose(options, span)
+
+
+def _propose(options: argparse.Namespace, span: Span | None) -> int:
     from ..recording.atomic import write_text
     from ..recording.map import map_yaml
     from ..recording.propose import propose
     from ..recording.survey import survey
 
-    check_outputs(
-        {"--write-map": options.write_map, "--json": options.json},
-        {"FILE": options.recording},
-        overwrite=options.overwrite,
-    )
-    found = survey(options.recording)
+    found = survey(options.recording, span)
     proposal = propose(found)
+    problems = [] if proposal.map is None else _sign_problems(options.recording, proposal.map)
     text = ""
     if proposal.map is not None:
-        lines = (f"proposed from {options.recording}; check it", *proposal.remarks)
+        lines = (f"proposed from {options.recording}; check it", *problems, *proposal.remarks)
         text = map_yaml(proposal.map, "\n".join(lines))
     if options.json is not None:
-        data = {**found.as_json(), "map": text or None, "remarks": list(proposal.remarks)}
+        data = {
+            **found.as_json(),
+            "map": text or None,
+            "remarks": list(proposal.remarks),
+            "problems": problems,
+        }
         write_text(options.json, json.dumps(data, indent=2, allow_nan=False) + "\n")
     if options.write_map is not None and text:
         write_text(options.write_map, text)
@@ -71,6 +96,62 @@ def run(options: argparse.Namespace) -> int:
     return 0
 
 
+def _sign_problems(path: Path, signal_map: SignalMap) -> list[str]:
+    """Signals whose signs contradict each other, as the proposed map reads them."""
+    from ..errors import InputError
+    from ..recording.load import load_stretch
+    from ..recording.signs import wrong_signs
+
+    try:
+        recording = load_stretch(path, signal_map, CHECKED_S)
+    except InputError:  # what keeps it from being read stands among the remarks
+        return []
+    return [one.text for one in wrong_signs(recording)]
+
+
+def _check(options: argparse.Namespace, span: Span | None) -> int:
+    """Hold the map against the recording; 2 where it cannot be used."""
+    from ..errors import InputError
+    from ..recording.atomic import write_text
+    from ..recording.check import check_map
+
+    if options.write_map is not None:
+        raise InputError("--write-map writes the proposed map; expected it without --map")
+    found = check_map(options.recording, options.map, span)
+    if options.json is not None:
+        write_text(options.json, json.dumps(found.as_json(), indent=2, allow_nan=False) + "\n")
+    for line in found.lines():
+        print(line, file=sys.stderr)
+    for note in found.notes:
+        print(f"ecyl inspect: {note}", file=sys.stderr)
+    _print_check(found)
+    if found.usable:
+        return 0
+    wrong = sum(one.fatal for one in found.problems)
+    raise InputError(f"{options.map}: cannot be used: {wrong} mistakes, above line by line")
+
+
+def _print_check(found: MapCheck) -> None:
+    from rich.console import Console
+
+    console = Console(highlight=False, width=500, color_system=None)
+    if not found.signals:
+        return
+    table = _table("signal", "field", "unit", "samples", "min", "max", "mean", "std", "step")
+    table.columns[1].justify = table.columns[2].justify = "left"
+    for one in found.signals:
+        row = [one.name, one.where[:70], one.unit, str(one.count)]
+        row += [_figure(value) for value in (one.low, one.high, one.mean, one.std)]
+        row.append("" if one.resolution is None else _figure(one.resolution))
+        table.add_row(*map(_verbatim, row))
+    console.print(table)
+    _plain(console, f"\n{found.duration_s:.6g} s at {found.rate_hz:.6g} Hz")
+
+
+def _figure(value: float) -> str:
+    return f"{value:.5g}" if math.isfinite(value) else "-"
+
+
 def _print(found: Survey, *, all_fields: bool) -> None:
     from rich.console import Console
 
@@ -78,6 +159,8 @@ def _print(found: Survey, *, all_fields: bool) -> None:
     if not console.is_terminal:
         console = Console(highlight=False, width=500, color_system=None)
     _print_topics(console, found)
+    for line in found.flaw_lines():
+        _plain(console, line)
     for topic in found.topics:
         if topic.fields or topic.unread:
             _print_fields(console, topic, all_fields=all_fields)

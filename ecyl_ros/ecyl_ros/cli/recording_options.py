@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import argparse
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:  # not at run time, to keep `--help` fast
     from ..recording.map import SignalMap
+    from ..recording.span import Span
 
 
 def add_recording(parser: argparse.ArgumentParser, name: str) -> None:
@@ -24,6 +26,35 @@ def add_recording(parser: argparse.ArgumentParser, name: str) -> None:
         metavar="M.yaml",
         help="which field of a foreign recording is which signal (ecyl inspect proposes one)",
     )
+
+
+def add_span(parser: argparse.ArgumentParser) -> None:
+    """Declare `--from` and `--to`."""
+    for flag, dest, what in (
+        ("--from", "begin_s", "leave out what lies before S"),
+        ("--to", "end_s", "leave out what lies from S on"),
+    ):
+        parser.add_argument(
+            flag,
+            dest=dest,
+            type=float,
+            metavar="S",
+            help=f"{what} (seconds from the first stamp)",
+        )
+
+
+def read_span(options: argparse.Namespace) -> Span | None:
+    """The part that `--from` and `--to` name; None without either.
+
+    Raises:
+        InputError: negative, reversed or empty.
+    """
+    from ..recording.span import Span
+
+    if options.begin_s is None and options.end_s is None:
+        return None
+    begin = 0.0 if options.begin_s is None else options.begin_s
+    return Span(begin, math.inf if options.end_s is None else options.end_s)
 
 
 def read_map(options: argparse.Namespace) -> SignalMap | None:

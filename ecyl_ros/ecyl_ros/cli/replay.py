@@ -131,9 +131,12 @@ def _mapped(path: Path, map_file: Path) -> Bag:
     if len(stamps) and stamps[0] < 0:  # a table's time may begin before zero
         recording = dataclasses.replace(recording, stamp_ns=stamps - stamps[0])
     with tempfile.TemporaryDirectory() as folder:
-        write_recording(recording, Path(folder, "mapped.mcap"))
+        skipped = write_recording(recording, Path(folder, "mapped.mcap"))
         bag = read_bag(Path(folder, "mapped.mcap"))
-    return dataclasses.replace(bag, path=path, notes=(*recording.notes, *bag.notes))
+    notes = (*recording.notes, *bag.notes)
+    if skipped:
+        notes = (*notes, f"{path}: no topic carries {', '.join(skipped)}: not played")
+    return dataclasses.replace(bag, path=path, notes=notes)
 
 
 def _remapped(rules: list[str], topics: Collection[str]) -> dict[str, str]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -112,7 +113,7 @@ def aligned(streams: list[Stream], *, source: str, gap_s: float | None = None) -
             _steady(one)
     grid = _grid(base, gap_s)
     grid = _in_reach(grid, streams, base, source)
-    signals: dict[str, FloatArray] = {}
+    signals: dict[str, Any] = {}
     for one in streams:
         signals.update(_on_grid(one, grid, gap_s))
     for one in streams:

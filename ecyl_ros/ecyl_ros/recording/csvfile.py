@@ -1,4 +1,4 @@
-"""Recordings as CSV: one column of stamps in ns and one per signal, named as in `SIGNALS`."""
+"""Recordings as CSV: one column of stamps in ns and one per signal, by its name."""
 
 from __future__ import annotations
 
@@ -11,9 +11,10 @@ import numpy as np
 
 from ..errors import InputError
 from .atomic import replacing
-from .signals import SIGNALS, FloatArray, Recording
+from .signals import FOREIGN_SIGNALS, SIGNALS, FloatArray, Recording
 
 STAMP = "stamp_ns"
+_NAMES = (*SIGNALS, *FOREIGN_SIGNALS)
 
 
 def write_csv(recording: Recording, path: str | Path) -> None:
@@ -24,7 +25,7 @@ def write_csv(recording: Recording, path: str | Path) -> None:
     Raises:
         InputError: the file cannot be written.
     """
-    names = [name for name in SIGNALS if recording.has(name)]
+    names = [name for name in _NAMES if recording.has(name)]
     columns = [_cells(recording.signal(name)) for name in names]
     with replacing(path) as temporary, temporary.open("w", newline="", encoding="utf-8") as file:
         rows = csv.writer(file)
@@ -71,7 +72,7 @@ def read_csv(path: str | Path, *, columns: Mapping[str, str] | None = None) -> R
     if stamp_column not in header:
         raise InputError(f"{path}: no column {stamp_column}; found {', '.join(header)}")
     places = {
-        name: header.index(own.get(name, name)) for name in SIGNALS if own.get(name, name) in header
+        name: header.index(own.get(name, name)) for name in _NAMES if own.get(name, name) in header
     }
     if not places:
         raise InputError(f"{path}: no column with a signal's name, such as rod_position_m")

@@ -13,7 +13,9 @@ import numpy as np
 
 from ..errors import InputError
 from .columns import Columns
+from .instants import DATE, date_ns
 from .signals import FloatArray
+from .units import dimension_of
 
 BLOCK_BYTES = 8 * 2**20
 _LONGEST_LINE = 2**20
@@ -21,18 +23,25 @@ _MOST_COLUMNS = 4096
 _EXACT = 2**53  # whole numbers up to here are float64s
 _LISTED = 64  # entries of a cell that holds a list
 _DELIMITERS = ",;\t|"
-_COMMENTS = ("#", "%")
+_STEADY = ";\t|,"  # a comma may be the decimal sign between the others
+_ALIKE = 20  # last lines that are compared
+_COMMA_NUMBER = re.compile(r"[+-]?\d*,\d+([eE][+-]?\d+)?$")
+_POINT_NUMBER = re.compile(r"[+-]?\d*\.\d+([eE][+-]?\d+)?$")
+_COMMENTS = ("#", "%", "//")
+_LOOKED_AT = 200  # lines, for the delimiter and the decimal sign
 _MISSING = ["", "nan", "NaN", "NAN", "NA", "N/A", "null", "None", "-", "--"]
 
 
 class CsvTable:
     """A CSV file as columns of numbers.
 
-    The delimiter (comma, semicolon, tab, bar or blanks) is the one that the first line holds most
-    of; with a semicolon or tab a comma may be the decimal sign. Lines before the header that begin
-    with # or % are skipped. Without a header the columns are called column_1, column_2, ... A line
-    of units below the header is kept apart. A cell such as "[0.1, 0.2]" holds several columns,
-    `name[0]`, `name[1]`.
+    The delimiter (comma, semicolon, tab, bar or blanks) is the one that all lines hold equally many
+    of, else the one that the first line holds most of; with a semicolon, tab or bar a comma may be
+    the decimal sign. Lines that begin with #, % or // are skipped; where the file has no other
+    header, the last of them with as many words as there are columns is taken for it. Without a
+    header the columns are called column_1, column_2, ... A line of units below the header is kept
+    apart. A delimiter at the end of each line is taken for no column. A cell such as "[0.1, 0.2]"
+    holds several columns, `name[0]`, `name[1]`. Dates by ISO 8601 become ns since 1970.
 
     Args:
         path: the file.
@@ -41,6 +50,7 @@ class CsvTable:
     Attributes:
         names: of the columns, in order.
         units: column -> unit, where the file has a line of them.
+        dated: columns that hold dates; complete after reading.
         notes: one line each on what was left out; complete after reading.
 
     Raises:
@@ -51,6 +61,7 @@ class CsvTable:
         self.path = Path(path)
         self.topic = topic
         self.notes: tuple[str, ...] = ()
+        self.dated: set[str] = set()
         try:
             with self.path.open("rb") as file:
                 head = file.read(4 * _LONGEST_LINE)
@@ -73,9 +84,9 @@ class CsvTable:
     def _find_header(self, head: bytes) -> None:
         at = 3 if head.startswith(b"\xef\xbb\xbf") else 0
         line_number = 0
-        comment = ""
-        lines: list[tuple[int, int, str]] = []  # where each begins and ends, and its text
-        while at < len(head) and len(lines) < 3:
+        comments: list[str] = []
+        lines: list[tuple[int, int, str]] = []  # where each begins, its number, and its text
+        while at < len(head) and len(lines) < _LOOKED_AT:
             end = head.find(b"\n", at)
             end = len(head) if end < 0 else end + 1
             if end - at > _LONGEST_LINE:
@@ -83,44 +94,43 @@ class CsvTable:
                     f"{self.path}: line {line_number + 1} has more than {_LONGEST_LINE} bytes: "
                     "no CSV text"
                 )
-            text = head[at:end].decode(self._encoding, "replace").strip()
-            if text and not (not lines and text.startswith(_COMMENTS)):
+            text = head[at:end].decode(self._encoding, "replace").strip("\r\n ")
+            if text.strip() and not text.lstrip().startswith(_COMMENTS):
                 lines.append((at, line_number, text))
-            elif text:
-                comment = text
+            elif text.strip() and not lines:
+                comments.append(text.strip())
             line_number += 1
             at = end
         if not lines:
             raise InputError(f"{self.path}: holds nothing but comments, expected rows of numbers")
-        first = lines[0][2]
-        counts = {sign: _outside_quotes(first).count(sign) for sign in _DELIMITERS}
-        self.delimiter = max(counts, key=lambda sign: counts[sign])
-        if not counts[self.delimiter]:
-            self.delimiter = " " if len(first.split()) > 1 else ","
-        row = self._cells(first)
+        texts = [text for _, _, text in lines]
+        self.delimiter = _delimiter(texts)
+        row = self._cells(texts[0])
+        numbered = [cell for text in texts for cell in self._cells(text)]
         self._decimal = "."
-        numbers = lines[-1][2]
-        if self.delimiter in ";\t " and re.search(r"\d,\d", numbers) and "." not in numbers:
-            self._decimal = ","
+        if self.delimiter != "," and any(map(_COMMA_NUMBER.match, numbered)):
+            self._decimal = "." if any(map(_POINT_NUMBER.match, numbered)) else ","
+        # A delimiter that ends each line ends a cell, and begins none.
+        follows = self._cells(texts[-1]) if len(texts) > 1 else row
+        if len(row) > 1 and not row[-1] and (len(follows) < len(row) or not follows[-1]):
+            row = row[:-1]
         self.units: dict[str, str] = {}
         begins = 0
         if all(self._is_value(cell) for cell in row):
-            told = self._cells(comment.lstrip("#% ")) if comment else []
-            self.names = told if len(told) == len(row) else []
+            self.names = self._told(comments, len(row))
         else:
             self.names = row
             begins = 1
             if len(lines) > 1:
-                second = self._cells(lines[1][2])
+                second = self._cells(texts[1])[: len(row)]
                 if (
                     len(second) == len(row)
                     and len(lines) > 2
                     and not any(self._is_value(cell) for cell in second if cell)
-                    and any(self._is_value(cell) for cell in self._cells(lines[2][2]))
+                    and any(self._is_value(cell) for cell in self._cells(texts[2]))
                     and all(len(cell) <= 16 for cell in second)
                 ):
-                    named = zip(row, second, strict=True)
-                    self.units = {name: cell.strip("[]() ") for name, cell in named if cell}
+                    self._take_units(second)
                     begins = 2
         if not self.names:
             self.names = [f"column_{i + 1}" for i in range(len(row))]
@@ -135,6 +145,38 @@ class CsvTable:
         self._start = lines[begins][0] if begins < len(lines) else len(head)
         self._first_line = lines[begins][1] + 1 if begins < len(lines) else line_number + 1
 
+    def _told(self, comments: list[str], columns: int) -> list[str]:
+        """Names out of the comments before the first row; empty where none fits."""
+        for place in reversed(range(len(comments))):
+            names = self._comment_cells(comments[place], columns)
+            if not names:
+                continue
+            above = self._comment_cells(comments[place - 1], columns) if place else []
+            units = [dimension_of(one.strip("[]() ")) for one in names]
+            if (
+                above
+                and any(units)
+                and all(one or not name for one, name in zip(units, names, strict=True))
+            ):
+                self.names = above
+                self._take_units(names)
+                return above
+            return names
+        return []
+
+    def _comment_cells(self, comment: str, columns: int) -> list[str]:
+        text = comment.lstrip("#%/ ")
+        for cells in (self._cells(text), text.split(), text.split(",")):
+            if len(cells) == columns + 1 and not cells[-1]:
+                cells = cells[:-1]
+            if len(cells) == columns and not all(self._is_value(cell) for cell in cells):
+                return [cell.strip() for cell in cells]
+        return []
+
+    def _take_units(self, cells: list[str]) -> None:
+        named = zip(self.names, cells, strict=True)
+        self.units = {name: cell.strip("[]() ") for name, cell in named if cell}
+
     def _cells(self, line: str) -> list[str]:
         if self.delimiter == " ":
             return line.split()
@@ -145,10 +187,10 @@ class CsvTable:
         return [cell.strip() for cell in rows[0]] if rows else []
 
     def _is_value(self, cell: str) -> bool:
-        if cell in _MISSING or cell.startswith("["):
+        if cell in _MISSING or cell.startswith("[") or DATE.match(cell):
             return True
         try:
-            float(cell.replace(",", ".") if self.delimiter in ";\t " else cell)
+            float(cell.replace(",", ".") if self.delimiter != "," else cell)
         except ValueError:
             return False
         return True
@@ -223,27 +265,65 @@ class CsvTable:
         return Columns(self.topic, "CSV", None, None, values)
 
     def _whole_rows(self, block: bytes, line: int, last: bool) -> bytes:
-        """The block, once all its rows have as many cells as there are columns."""
-        if self.delimiter == " ":
-            return block
+        """The block without comments, once all its rows have as many cells as there are columns."""
+        if last:
+            block = self._uncut(block)
         sign = self.delimiter.encode()
         expected = len(self.names)
+        commented = any(
+            block.startswith(mark) or b"\n" + mark in block
+            for mark in (one.encode() for one in _COMMENTS)
+        )
         # Cheap first: as many delimiters as so many lines should have.
-        if b'"' not in block and b"\n\n" not in block and b"\n\r\n" not in block:
-            lines = block.count(b"\n") + (not block.endswith(b"\n"))
+        quick = self.delimiter != " " and b'"' not in block
+        if quick and not commented and b"\n\n" not in block and b"\n\r\n" not in block:
+            lines = block.count(b"\n") + (bool(block) and not block.endswith(b"\n"))
             if block.count(sign) == lines * (expected - 1):
                 return block
+        if self.delimiter == " " and not commented and not last:
+            return block
         rows = block.splitlines(keepends=True)
+        kept = []
         for i, row in enumerate(rows):
             text = row.decode(self._encoding, "replace").strip("\r\n")
-            cells = _outside_quotes(text).count(self.delimiter) + 1
+            if text.lstrip().startswith(_COMMENTS):
+                kept.append(b"\n")  # lines keep their numbers
+                continue
+            blanks = self.delimiter == " "
+            outside = _outside_quotes(text)
+            cells = len(text.split()) if blanks else outside.count(self.delimiter) + 1
+            if cells == expected + 1 and outside.rstrip().endswith(self.delimiter):
+                end = row.rstrip(b"\r\n ")
+                kept.append(end[: -len(sign)] + b"\n")
+                continue
             if cells == expected or not text.strip():
+                kept.append(row)
                 continue
             if last and i == len(rows) - 1 and not row.endswith(b"\n") and cells < expected:
                 self.notes += (f"{self.path}: the last line is cut off and left out",)
-                return b"".join(rows[:i])
+                break
+            if blanks:
+                kept.append(row)
+                continue
             raise InputError(f"{self.path}: line {line + i}: {cells} cells, expected {expected}")
-        return block
+        return b"".join(kept)
+
+    def _uncut(self, block: bytes) -> bytes:
+        """The file's end without a last row whose last number breaks off.
+
+        That shows where the last line does not end and has fewer decimals than every line before.
+        """
+        rows = block.splitlines()[-_ALIKE:]
+        if block.endswith((b"\n", b"\r")) or len(rows) < _ALIKE:
+            return block
+        ends = [
+            _last_decimals(row.decode(self._encoding, "replace"), self.delimiter, self._decimal)
+            for row in rows
+        ]
+        if len(set(ends[:-1])) > 1 or ends[0] < 1 or ends[-1] >= ends[0]:
+            return block
+        self.notes += (f"{self.path}: the last line breaks off within a number and is left out",)
+        return block[: -len(rows[-1])]
 
     def _column(
         self,
@@ -269,6 +349,8 @@ class CsvTable:
         if bool(listed.any()):
             self._lists(text, listed, name, asked, strict, line, values)
             return
+        if self._dates(text, name, values):
+            return
         numbers = pandas.to_numeric(text, errors="coerce")
         bad = numbers.isna() & text.notna()
         if bool(bad.any()):
@@ -280,6 +362,18 @@ class CsvTable:
                 )
             return
         values[name] = numbers.to_numpy(dtype=np.float64, na_value=np.nan)
+
+    def _dates(self, text: Any, name: str, values: dict[str, FloatArray]) -> bool:
+        """Take a column of dates as int64 ns since 1970; False where it is none."""
+        given = text.dropna()
+        if not len(given) or not DATE.match(str(given.iloc[0])):
+            return False
+        found = date_ns(text)
+        if found is None:
+            return False
+        self.dated.add(name)
+        values[name] = found
+        return True
 
     def _lists(
         self,
@@ -323,6 +417,28 @@ class CsvTable:
             )
 
 
+def _delimiter(lines: list[str]) -> str:
+    """The sign that all lines hold equally many of, else the one that the first holds most of."""
+    bare = [_outside_quotes(line) for line in lines]
+    whole = bare[:-1] or bare  # the last may be cut off
+    for sign in _STEADY:
+        counts = {line.rstrip(sign + " ").count(sign) for line in whole}
+        if len(counts) == 1 and counts != {0}:
+            return sign
+    counts_in = {sign: bare[0].count(sign) for sign in _DELIMITERS}
+    most = max(counts_in, key=lambda sign: counts_in[sign])
+    if counts_in[most]:
+        return most
+    return " " if len(lines[0].split()) > 1 else ","
+
+
+def _last_decimals(line: str, delimiter: str, decimal: str) -> int:
+    """Decimals of the last number of a line; -1 where it has no point."""
+    cell = (line.split() if delimiter == " " else line.split(delimiter))[-1:] or [""]
+    whole, point, decimals = cell[0].strip().partition(decimal)
+    return len(decimals) if point and (whole + decimals).strip("+-").isdigit() else -1
+
+
 def _outside_quotes(line: str) -> str:
     return re.sub(r'"[^"]*"', "", line) if '"' in line else line
 
@@ -330,13 +446,15 @@ def _outside_quotes(line: str) -> str:
 def _blocks(file: BinaryIO, path: Path) -> Iterator[tuple[bytes, bool]]:
     """Whole lines of about `BLOCK_BYTES`, and whether they are the last."""
     rest = b""
-    while block := file.read(BLOCK_BYTES):
-        block = rest + block
+    coming = file.read(BLOCK_BYTES)
+    while coming:
+        block, coming = rest + coming, file.read(BLOCK_BYTES)
         end = block.rfind(b"\n") + 1
         if len(block) - end > _LONGEST_LINE:
             raise InputError(f"{path}: a line has more than {_LONGEST_LINE} bytes: no CSV text")
+        if not coming:
+            yield block, True
+            return
         rest = block[end:]
         if end:
-            yield block[:end], not rest and len(block) < BLOCK_BYTES
-    if rest:
-        yield rest, True
+            yield block[:end], False

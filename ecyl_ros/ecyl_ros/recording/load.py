@@ -13,35 +13,49 @@ from .cdr import CdrError
 from .csvfile import STAMP, read_csv
 from .layout import MessageLayout, MessageType
 from .map import SignalMap
-from .mapped import contract_map, read_mapped
+from .mapped import contract_map, read_mapped, wanted_of
 from .reader import StampError, read_recording
+from .screening import screened, with_sign_notes
 from .signals import SIGNALS, Recording
 from .source import TableSource, open_source
+from .span import Span
 from .stream import BagStream
 from .stretch import Stretch, Stretches, pick_stretches, recording_stretches
 
 HINT = "a map says which field is which signal (--map M.yaml; ecyl inspect proposes one)"
 
 
-def load_recording(path: str | Path, signal_map: SignalMap | None = None) -> Recording:
+def load_recording(
+    path: str | Path, signal_map: SignalMap | None = None, span: Span | None = None
+) -> Recording:
     """Read a recording by a map, or without one where its names are this project's.
 
     Topics of this project are joined by equal stamps; where these repeat, go back or differ, they
     are put in order and resampled as for any other recording, and the notes say so.
 
+    Args:
+        path: as `source.open_source` takes it.
+        signal_map: of a recording of other names.
+        span: the part to be read; all by default.
+
     Raises:
-        InputError: unusable, or of other names and without a map.
+        InputError: unusable, of other names and without a map, or without samples in the span.
     """
+    recording = _whole(path, signal_map)
+    return recording if span is None else span.part(recording, str(path))
+
+
+def _whole(path: str | Path, signal_map: SignalMap | None) -> Recording:
     if signal_map is not None:
         return read_mapped(path, signal_map)
     source = open_source(path)
     if isinstance(source, TableSource):
         table = source.tables.get("")
         if table is not None and STAMP in table.names and set(SIGNALS) & set(table.names):
-            return read_csv(path)
+            return _own(read_csv(path), path)
         raise InputError(f"{path}: is no recording of this project: {HINT}")
     try:
-        return read_recording(path)
+        return _own(read_recording(path), path)
     except StampError as error:
         why = str(error).removeprefix(f"{path}: ")
         recording = read_mapped(path, present(path, contract_map()))
@@ -51,6 +65,11 @@ def load_recording(path: str | Path, signal_map: SignalMap | None = None) -> Rec
         if "no messages on any of" in str(error):
             raise InputError(f"{error}; {HINT}") from None
         raise
+
+
+def _own(recording: Recording, path: str | Path) -> Recording:
+    """A recording of our own topics, screened as those that come by a map are."""
+    return with_sign_notes(screened(recording, str(path)), str(path))
 
 
 # Larger recordings are looked through first. At 1 kHz our topics take 10 MB a minute at most.
@@ -78,6 +97,7 @@ def load_long(
     longest_s: float,
     most: int,
     progress: Callable[[float], None] | None = None,
+    span: Span | None = None,
 ) -> Recording | LongRecording:
     """The recording, or where it is longer than `longest_s` the `most` stretches that tell most.
 
@@ -86,6 +106,7 @@ def load_long(
 
     Args:
         path, signal_map, longest_s, most, progress: as `stretch.pick_stretches` takes them.
+        span: the part to be read; all by default.
 
     Raises:
         InputError: as `load_recording`.
@@ -93,13 +114,15 @@ def load_long(
     place = Path(path)
     own = _streamed_map(place, signal_map)
     if own is not None:
-        found = pick_stretches(place, own, longest_s, most, progress)
-        if found is not None:
-            return LongRecording(place, found, functools.partial(_read_stretch, place, own))
-    recording = load_recording(place, signal_map)
+        picked = _picked(place, own, longest_s, most, progress, span)
+        if isinstance(picked, Recording):
+            return picked
+        if picked is not None:
+            return LongRecording(place, picked, functools.partial(_read_stretch, place, own))
+    recording = load_recording(place, signal_map, span)
     if recording.duration_s <= longest_s:
         return recording
-    found = recording_stretches(recording, longest_s, most)
+    found = recording_stretches(recording, longest_s, most, span.begin_s if span else 0.0)
     return recording if found is None else LongRecording(place, found, _Slices(recording))
 
 
@@ -108,19 +131,26 @@ def load_stretch(
     signal_map: SignalMap | None,
     longest_s: float,
     progress: Callable[[float], None] | None = None,
+    span: Span | None = None,
 ) -> Recording:
     """The recording, or of a large bag the part of `longest_s` that tells most.
 
     The first note says which part that is.
+
+    Args:
+        path, signal_map, longest_s, progress: as `stretch.pick_stretches` takes them.
+        span: the part to be read; all by default.
 
     Raises:
         InputError: as `load_recording`.
     """
     place = Path(path)
     own = _streamed_map(place, signal_map)
-    found = None if own is None else pick_stretches(place, own, longest_s, progress=progress)
+    found = None if own is None else _picked(place, own, longest_s, 1, progress, span)
+    if isinstance(found, Recording):
+        return found
     if own is None or found is None:
-        return load_recording(place, signal_map)
+        return load_recording(place, signal_map, span)
     recording = _read_stretch(place, own, found.chosen[0])
     return dataclasses.replace(recording, notes=(f"{path}: {found.note}", *recording.notes))
 
@@ -130,6 +160,53 @@ def _streamed_map(path: Path, signal_map: SignalMap | None) -> SignalMap | None:
     if _size(path) <= WHOLE_BYTES or isinstance(open_source(path), TableSource):
         return None
     return signal_map or present(path, contract_map())
+
+
+def _picked(
+    path: Path,
+    own: SignalMap,
+    longest_s: float,
+    most: int,
+    progress: Callable[[float], None] | None,
+    span: Span | None,
+) -> Stretches | Recording | None:
+    """The stretches of a large bag, or the part asked for where that is no longer than one."""
+    if span is None:
+        return pick_stretches(path, own, longest_s, most, progress)
+    source = open_source(path)
+    first = next(
+        (
+            int(part.log_time_ns[0])
+            for part in source.columns(wanted_of(source, own))
+            if part.log_time_ns is not None and part.log_time_ns.size
+        ),
+        None,
+    )
+    if first is None:
+        raise span.empty(str(path), 0.0)
+    begin_ns = first + round(span.begin_s * 1e9)
+    end_ns = first + round(min(span.end_s, 9e9) * 1e9)
+    if span.end_s - span.begin_s > longest_s:
+        found = pick_stretches(path, own, longest_s, most, progress, (begin_ns, end_ns))
+        if found is not None:
+            return dataclasses.replace(
+                found,
+                chosen=tuple(
+                    dataclasses.replace(
+                        one,
+                        begin_s=one.begin_s + span.begin_s,
+                        end_s=one.end_s + span.begin_s,
+                    )
+                    for one in found.chosen
+                ),
+            )
+    try:
+        part = read_mapped(path, own, start_ns=begin_ns, stop_ns=end_ns)
+    except InputError as error:
+        if "within the time asked for" in str(error):
+            raise InputError(f"{path}: no samples {span.text}") from None
+        raise
+    return dataclasses.replace(part, notes=(f"{path}: {span.note}", *part.notes))
 
 
 def _read_stretch(path: Path, signal_map: SignalMap, stretch: Stretch) -> Recording:

@@ -11,7 +11,11 @@ A map file is YAML (docs/recordings.md tells how to write one, `ecyl inspect` pr
       effort: "/joint_states.effort[2]"
     time: {field: t, unit: ms}    # CSV and MAT: where the instants stand; or rate: 1000
 
-and a value becomes, in SI, unit x (sign x scale x field + offset).
+and a value becomes, in SI, unit x (sign x scale x field + offset). A field that starts again (an
+encoder of 12 bits, an angle of one turn) is made whole by `wrap`, before all that; of one in counts
+`counts_per_rev` or `counts_per_m` says what they are worth::
+
+      rotor_position: {field: enc, unit: counts, counts_per_rev: 4096, wrap: 12bit}
 """
 
 from __future__ import annotations
@@ -20,7 +24,7 @@ import contextlib
 import difflib
 import math
 import reprlib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -30,7 +34,8 @@ import yaml
 
 from ..errors import InputError
 from .signals import FloatArray
-from .units import UNITS, dimension_of, in_si, plain
+from .units import UNITS, dimension_of, in_si, plain, unknown_unit
+from .wrap import Wrap, folded, parse_wrap, unwrapped
 
 # Name in a map -> dimension of its unit -> field of `Recording`. The first dimension is the one
 # of a signal without a unit. `effort` is what the motor is told to give or gives, whatever the
@@ -53,6 +58,8 @@ MAPPED: dict[str, dict[str, str]] = {
     "current_q": {"current": "current_q_a"},
     "voltage_d": {"voltage": "voltage_d_v"},
     "voltage_q": {"voltage": "voltage_q_v"},
+    "injected_force": {"force": "injected_force_n"},
+    "injected_torque": {"torque": "injected_torque_nm"},
     "mode": {"number": "mode"},
     "effort": {
         "torque": "rotor_torque_nm",
@@ -64,8 +71,18 @@ MAPPED: dict[str, dict[str, str]] = {
 STAMPS = ("header", "bag")
 
 _TOP = ("schema", "signals", "stamp", "joint", "topic", "time", "rate", "gap")
-_ENTRY = ("topic", "field", "joint", "unit", "sign", "scale", "offset", "stamp")
-_TIME = ("field", "unit", "scale")
+_COUNTED = ("counts_per_rev", "counts_per_m")
+_ENTRY = (
+    *("topic", "field", "joint", "unit", "sign", "scale", "offset", "stamp"),
+    *(*_COUNTED, "resolution", "wrap"),
+)
+_TIME = ("field", "unit", "scale", "wrap")
+ISO = "iso8601"  # as a unit of time: instants written as dates
+# What counts are counts of: their own dimension, and what they become by either key.
+_BY_COUNTS = {
+    "counts": {"counts_per_rev": "angle", "counts_per_m": "length"},
+    "counts per second": {"counts_per_rev": "angular speed", "counts_per_m": "speed"},
+}
 SCHEMA = "ecyl.map/1"
 _LARGEST = 1_000_000  # bytes of a map file; the largest sensible one has some thousand
 
@@ -83,7 +100,11 @@ class MappedSignal:
         joint: where the field is an array, the name whose place in the message's list of names
             is meant; empty for none.
         unit: as in `UNITS`.
+        told: whether the map names the unit; if not, a header may.
         sign, scale, offset: see `in_si`; the offset is in `unit`.
+        counts_per_rev, counts_per_m: what a unit of counts is worth; None for other units.
+        resolution: step that the field is quantised to, in `unit`; None where that is not known.
+        wrap: how the field starts again; None where it does not.
         stamp: `header` or `bag`; empty for header where there is one.
     """
 
@@ -93,15 +114,66 @@ class MappedSignal:
     topic: str = ""
     joint: str = ""
     unit: str = ""
+    told: bool = True
     sign: int = 1
     scale: float = 1.0
     offset: float = 0.0
+    counts_per_rev: float | None = None
+    counts_per_m: float | None = None
+    resolution: float | None = None
+    wrap: Wrap | None = None
     stamp: str = ""
 
+    @property
+    def unit_si(self) -> float:
+        """What one of the unit is in SI."""
+        if self.counts_per_rev is not None:
+            return math.tau / self.counts_per_rev
+        return in_si(self.unit) if self.counts_per_m is None else 1.0 / self.counts_per_m
+
+    @property
+    def dimension(self) -> str:
+        """What the signal measures, a key of `UNITS`; of counts what they are counts of."""
+        return next(one for one, field in MAPPED[self.name].items() if field == self.target)
+
+    @property
+    def resolution_si(self) -> float | None:
+        """Step that the signal is quantised to, in SI; None where that is not known."""
+        if self.resolution is not None:
+            return self.unit_si * self.resolution
+        counted = dimension_of(self.unit) in _BY_COUNTS
+        return self.unit_si * abs(self.scale) if counted else None
+
+    @property
+    def period(self) -> float | None:
+        """After how much the field starts again, in its own unit; None where it does not."""
+        if self.wrap is None:
+            return None
+        if math.isfinite(self.wrap.period):
+            return self.wrap.period
+        return math.tau / (self.unit_si * abs(self.scale))
+
+    def whole(self, values: FloatArray) -> FloatArray:
+        """The field as if it never started again; of speeds and efforts only the sign is mended."""
+        period = self.period
+        if self.wrap is None or period is None:
+            return values
+        with np.errstate(all="ignore"):
+            signed = folded(values, period) if self.wrap.signed else values
+            if self.dimension not in _POSITIONS:
+                return signed
+            out = unwrapped(signed, period)
+            turn = math.tau / (self.unit_si * abs(self.scale))
+            known = out[np.isfinite(out)]
+            # Which turn an encoder of one turn stands in is open: the one about zero.
+            if known.size and self.dimension == "angle" and math.isclose(period, turn):
+                out -= period * np.floor(known[0] / period + 0.5)
+            return out
+
     def in_si(self, values: FloatArray) -> FloatArray:
-        """The signal from the field's values: unit x (sign x scale x value + offset)."""
+        """The signal from the field's `whole` values: unit x (sign x scale x value + offset)."""
         with np.errstate(all="ignore"):  # what is not finite is no value, here as elsewhere
-            si: FloatArray = in_si(self.unit) * (self.sign * self.scale * values + self.offset)
+            si: FloatArray = self.unit_si * (self.sign * self.scale * values + self.offset)
         return si
 
     @property
@@ -112,11 +184,19 @@ class MappedSignal:
 
 @dataclass(frozen=True)
 class TimeColumn:
-    """The instants in a CSV or MAT file: column or variable, unit, and a factor on it."""
+    """The instants in a CSV or MAT file.
+
+    Attributes:
+        field: column or variable.
+        unit: of time, or `ISO`; empty where the map leaves it to the file.
+        scale: a factor on it.
+        wrap: how the column starts again; None where it does not.
+    """
 
     field: str
-    unit: str = "s"
+    unit: str = ""
     scale: float = 1.0
+    wrap: Wrap | None = None
 
 
 @dataclass(frozen=True)
@@ -149,6 +229,11 @@ def load_map(path: str | Path) -> SignalMap:
         InputError: unreadable, no YAML, a key or signal of another name, a value of another kind
             or range, a unit that does not measure the signal, or two entries for one signal.
     """
+    return parse_map(read_tree(path), str(path))
+
+
+def read_tree(path: str | Path) -> Any:
+    """The plain data of a map file; InputError where it cannot be read or is no YAML."""
     try:
         data = Path(path).read_bytes()
     except OSError as error:
@@ -156,14 +241,13 @@ def load_map(path: str | Path) -> SignalMap:
     if len(data) > _LARGEST:
         raise InputError(f"{path}: {len(data)} bytes, expected a map file of {_LARGEST} at most")
     try:
-        tree = yaml.load(data.decode("utf-8"), Loader=_Loader)
+        return yaml.load(data.decode("utf-8"), Loader=_Loader)
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark
         place = f" at line {mark.line + 1}" if mark else ""
         raise InputError(f"{path}: not YAML{place}: {error.problem}") from None
     except (yaml.YAMLError, UnicodeDecodeError, RecursionError, ValueError, OverflowError):
         raise InputError(f"{path}: not YAML; expected a map file") from None
-    return parse_map(tree, str(path))
 
 
 def parse_map(tree: Any, source: str) -> SignalMap:
@@ -178,11 +262,22 @@ def parse_map(tree: Any, source: str) -> SignalMap:
         raise InputError(f"{source}: signals is missing or empty; expected signals by name")
     _known_keys(entries, tuple(MAPPED), source, "signals: ")
     shared = {key: _text(tree, key, source, key) for key in ("topic", "joint", "stamp")}
-    signals = [
+    signals = tuple(
         _signal(name, entries[name], shared, f"{source}: signals.{name}")
         for name in MAPPED
         if name in entries
-    ]
+    )
+    check_targets(signals, source)
+    time = _time(tree.get("time"), f"{source}: time")
+    rate = _number(tree, "rate", f"{source}: rate", above=0.0)
+    if time is not None and rate is not None:
+        raise InputError(f"{source}: both time and rate; expected one of them")
+    gap = _number(tree, "gap", f"{source}: gap", above=0.0)
+    return SignalMap(source, signals, time, rate, gap)
+
+
+def check_targets(signals: Sequence[MappedSignal], source: str) -> None:
+    """Refuse two entries that give the same field of `Recording`."""
     taken: dict[str, str] = {}
     for one in signals:
         if one.target in taken:
@@ -191,12 +286,6 @@ def parse_map(tree: Any, source: str) -> SignalMap:
                 f"{one.target}; expected one of them"
             )
         taken[one.target] = one.name
-    time = _time(tree.get("time"), f"{source}: time")
-    rate = _number(tree, "rate", f"{source}: rate", above=0.0)
-    if time is not None and rate is not None:
-        raise InputError(f"{source}: both time and rate; expected one of them")
-    gap = _number(tree, "gap", f"{source}: gap", above=0.0)
-    return SignalMap(source, tuple(signals), time, rate, gap)
 
 
 def _signal(name: str, entry: Any, shared: Mapping[str, str], where: str) -> MappedSignal:
@@ -209,13 +298,14 @@ def _signal(name: str, entry: Any, shared: Mapping[str, str], where: str) -> Map
     if not field:
         raise InputError(f"{where}: no field; expected the path of one, such as position[0]")
     targets = MAPPED[name]
-    unit = plain(
-        _text(entry, "unit", where, f"{where}.unit") or next(iter(UNITS[next(iter(targets))]))
-    )
-    dimension = dimension_of(unit)
-    if dimension not in targets:
-        known = ", ".join(unit for key in targets for unit in UNITS[key])
-        raise InputError(f"{where}.unit: is {_shown(unit)}, expected one of {known}")
+    told = _text(entry, "unit", where, f"{where}.unit")
+    unit = plain(told or next(iter(UNITS[next(iter(targets))])))
+    counted = {
+        key: _number(entry, key, f"{where}.{key}", above=0.0)
+        for key in _COUNTED
+        if entry.get(key) is not None
+    }
+    dimension = _measured(name, unit, tuple(counted), where)
     sign = entry.get("sign", 1)
     if isinstance(sign, bool) or sign not in (1, -1):
         raise InputError(f"{where}.sign: is {_shown(sign)}, expected 1 or -1")
@@ -223,6 +313,8 @@ def _signal(name: str, entry: Any, shared: Mapping[str, str], where: str) -> Map
     if scale == 0.0:
         raise InputError(f"{where}.scale: is 0, expected any other number")
     offset = _number(entry, "offset", f"{where}.offset")
+    resolution = _number(entry, "resolution", f"{where}.resolution", above=0.0)
+    wrap = _wrap(entry, where, dimension)
     stamp = _text(entry, "stamp", where, f"{where}.stamp") or shared["stamp"]
     if stamp and stamp not in STAMPS:
         raise InputError(f"{where}: stamp is {_shown(stamp)}, expected header or bag")
@@ -233,11 +325,75 @@ def _signal(name: str, entry: Any, shared: Mapping[str, str], where: str) -> Map
         topic=_text(entry, "topic", where, f"{where}.topic") or shared["topic"],
         joint=_text(entry, "joint", where, f"{where}.joint") or shared["joint"],
         unit=unit,
+        told=bool(told),
         sign=int(sign),
         scale=1.0 if scale is None else scale,
         offset=0.0 if offset is None else offset,
+        counts_per_rev=counted.get("counts_per_rev"),
+        counts_per_m=counted.get("counts_per_m"),
+        resolution=resolution,
+        wrap=wrap,
         stamp=stamp,
     )
+
+
+def _measured(name: str, unit: str, counted: tuple[str, ...], where: str) -> str:
+    """The dimension of a signal in a unit, counts by what they are counts of."""
+    targets = MAPPED[name]
+    dimension = dimension_of(unit)
+    names = [one for key in targets for one in UNITS[key]]
+    for counts, becomes in _BY_COUNTS.items():
+        names += [one for one in UNITS[counts] if set(becomes.values()) & set(targets)]
+    known = ", ".join(names)
+    if dimension is None:
+        raise InputError(f"{where}.unit: {unknown_unit(unit)}; expected one of {known}")
+    keys = _BY_COUNTS.get(dimension, {})
+    if not keys and counted:
+        raise InputError(f"{where}: {counted[0]} goes with unit: counts, but unit is {unit}")
+    fitting = [key for key in keys if keys[key] in targets]
+    if not fitting and dimension not in targets:
+        raise InputError(
+            f"{where}.unit: is {_shown(unit)}, expected one of {known}, as it is "
+            f"{_a(' or '.join(targets))} and no {dimension}"
+        )
+    if not fitting:
+        return dimension
+    if len(counted) != 1 or counted[0] not in fitting:
+        given = f", not {' and '.join(counted)}" if counted else ""
+        raise InputError(
+            f"{where}: is in counts; expected what they are worth: {' or '.join(fitting)}{given}"
+        )
+    return keys[counted[0]]
+
+
+def _a(what: str) -> str:
+    return f"{'an' if what[0] in 'aeiou' else 'a'} {what}"
+
+
+# What goes on for ever while a drive moves on: only that can be made whole past its end.
+_POSITIONS = ("length", "angle")
+
+
+def _wrap(entry: Mapping[Any, Any], where: str, dimension: str) -> Wrap | None:
+    value = entry.get("wrap")
+    if value is None:
+        return None
+    wrap = parse_wrap(value)
+    if wrap is None:
+        raise InputError(
+            f"{where}.wrap: is {_shown(value)}, expected a number above 0 (in the field's own "
+            "unit), 16bit, signed 16bit, or rev"
+        )
+    if dimension not in _POSITIONS and dimension != "time" and not wrap.signed:
+        raise InputError(
+            f"{where}.wrap: is {_shown(value)}, but {_a(dimension)} does not start again; expected "
+            "signed 16bit, for a sign that was lost, or none"
+        )
+    if not math.isfinite(wrap.period) and dimension != "angle":
+        raise InputError(
+            f"{where}.wrap: is {wrap.text}, but the signal is {_a(dimension)}; expected a number"
+        )
+    return wrap
 
 
 def _time(entry: Any, where: str) -> TimeColumn | None:
@@ -251,12 +407,13 @@ def _time(entry: Any, where: str) -> TimeColumn | None:
     field = _text(entry, "field", where, f"{where}.field")
     if not field:
         raise InputError(f"{where}: no field; expected the column or variable that holds the time")
-    unit = plain(_text(entry, "unit", where, f"{where}.unit") or "s")
-    if unit not in UNITS["time"]:
-        known = ", ".join(UNITS["time"])
+    unit = plain(_text(entry, "unit", where, f"{where}.unit"))
+    if unit and unit not in (*UNITS["time"], ISO):
+        known = ", ".join((*UNITS["time"], ISO))
         raise InputError(f"{where}.unit: is {_shown(unit)}, expected one of {known}")
     scale = _number(entry, "scale", f"{where}.scale", above=0.0)
-    return TimeColumn(field, unit, 1.0 if scale is None else scale)
+    wrap = _wrap(entry, where, "time")
+    return TimeColumn(field, unit, 1.0 if scale is None else scale, wrap)
 
 
 def _known_keys(entry: Mapping[Any, Any], known: tuple[str, ...], source: str, what: str) -> None:
@@ -329,9 +486,13 @@ def map_yaml(signal_map: SignalMap, comment: str = "") -> str:
     tree: dict[str, Any] = {"schema": SCHEMA}
     if signal_map.time is not None:
         time = signal_map.time
-        tree["time"] = {"field": time.field, "unit": time.unit}
+        tree["time"] = {"field": time.field}
+        if time.unit:
+            tree["time"]["unit"] = time.unit
         if time.scale != 1.0:
             tree["time"]["scale"] = time.scale
+        if time.wrap is not None:
+            tree["time"]["wrap"] = time.wrap.in_map
     if signal_map.rate_hz is not None:
         tree["rate"] = signal_map.rate_hz
     if signal_map.gap_s is not None:
@@ -342,9 +503,15 @@ def map_yaml(signal_map: SignalMap, comment: str = "") -> str:
         entry["field"] = one.field
         if one.joint:
             entry["joint"] = one.joint
-        entry["unit"] = one.unit
+        if one.told:
+            entry["unit"] = one.unit
+        for key in (*_COUNTED, "resolution"):
+            if (value := getattr(one, key)) is not None:
+                entry[key] = int(value) if float(value).is_integer() else value
+        if one.wrap is not None:
+            entry["wrap"] = one.wrap.in_map
         given = {"sign": (one.sign, 1), "scale": (one.scale, 1.0), "offset": (one.offset, 0.0)}
-        entry.update({key: value for key, (value, usual) in given.items() if value != usual})
+        entry.update({key: own for key, (own, usual) in given.items() if own != usual})
         if one.stamp:
             entry["stamp"] = one.stamp
         tree["signals"][one.name] = entry

@@ -3,36 +3,28 @@
 from __future__ import annotations
 
 import dataclasses
+import re
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InputError
+from . import headers
 from .align import Stream, aligned
 from .columns import Columns
-from .map import MAPPED, MappedSignal, SignalMap
+from .flaws import FROZEN, find_flaws
+from .instants import instants, named_column
+from .map import MAPPED, MappedSignal, SignalMap, TimeColumn, check_targets
+from .screening import HELD, SPEEDS, flaw_notes, left_out, with_sign_notes
 from .signals import FloatArray, Recording, StampArray
 from .source import Source, TableSource, Wanted, open_source
 from .topics import JOINT_STATE, TOPICS
-from .units import in_si
+from .units import UNITS, dimension_of, in_si, unknown_unit
+from .wrap import find_wrap, hurried
 
 _TIME_KEY = "time"
-_FARTHEST_S = 9.0e9  # seconds that fit an int64 of ns
-# Names of a column of instants where a map names none, with the unit they say it is in.
-TIME_COLUMNS = {
-    "stamp_ns": "ns",
-    "timestamp_ns": "ns",
-    "time_ns": "ns",
-    "timestamp_us": "us",
-    "time_us": "us",
-    "time_ms": "ms",
-    "timestamp_ms": "ms",
-    "time_s": "s",
-    "__time": "s",
-    "time": "s",
-    "t": "s",
-}
 
 
 def read_mapped(
@@ -55,6 +47,7 @@ def read_mapped(
             topics without a time in common.
     """
     source = open_source(path)
+    signal_map, unit_notes = with_header_units(source, signal_map)
     wanted = wanted_of(source, signal_map)
     held: dict[str, list[Columns]] = {topic: [] for topic in wanted}
     for part in source.columns(wanted, start_ns=start_ns, stop_ns=stop_ns):
@@ -67,19 +60,24 @@ def read_mapped(
                 f"{path}: {topic or 'the table'}: no samples{_within(start_ns, stop_ns)}"
             )
         if isinstance(source, TableSource):
-            column = time_column(source, topic, signal_map)
-            streams.append(_table_stream(path, topic, parts, entries, signal_map, column))
+            streams.append(_table_stream(source, topic, parts, entries, signal_map))
         else:
             streams += _streams(path, topic, parts, entries, wanted[topic])
         parts.clear()
-    if not isinstance(source, TableSource):
-        for one in streams:
+    for one in streams:
+        if not isinstance(source, TableSource):
             _cut(one, start_ns, stop_ns)
+        _screen(one, entries)
     recording = aligned(streams, source=str(path), gap_s=signal_map.gap_s)
+    steps = {one.target: one.resolution_si for one in signal_map.signals}
+    known = {target: step for target, step in steps.items() if step is not None}
+    recording = dataclasses.replace(recording, resolution=known)
     if isinstance(source, TableSource) and (start_ns is not None or stop_ns is not None):
         begin, end = (start_ns or 0) / 1e9, (2**62 if stop_ns is None else stop_ns) / 1e9
         recording = recording.slice(begin, end)
-    return dataclasses.replace(recording, notes=(*source.notes, *recording.notes))
+    notes = (*source.notes, *(f"{path}: {note}" for note in unit_notes), *recording.notes)
+    names = {target: one.name for target, one in entries.items()}
+    return with_sign_notes(dataclasses.replace(recording, notes=notes), str(path), names)
 
 
 def _within(start_ns: int | None, stop_ns: int | None) -> str:
@@ -125,8 +123,89 @@ def wanted_of(source: Source, signal_map: SignalMap) -> dict[str, list[Wanted]]:
         for topic, columns in wanted.items():
             column = time_column(source, topic, signal_map)
             if column is not None:
-                columns.append(Wanted(_TIME_KEY, column[0]))
+                columns.append(Wanted(_TIME_KEY, column.field))
     return wanted
+
+
+def with_header_units(source: Source, signal_map: SignalMap) -> tuple[SignalMap, list[str]]:
+    """The map with the units that a table's headers tell, where it names none; and notes on these.
+
+    Raises:
+        InputError: a header's unit that is not known, or that contradicts the map's.
+    """
+    if not isinstance(source, TableSource):
+        return signal_map, []
+    notes: list[str] = []
+    signals = []
+    for one in signal_map.signals:
+        topic, field = place_of(source, one, signal_map)
+        table = source.tables.get(topic)
+        told = (
+            ""
+            if table is None
+            else header_unit(one, field, table.names, table.units, signal_map.source)
+        )
+        unit = headers.unit_of(told, MAPPED[one.name]) if told else ""
+        if unit and not one.told and unit != one.unit:
+            target = MAPPED[one.name][dimension_of(unit) or ""]
+            notes.append(f"{one.name}: {unit}, as the header of {field} says")
+            one = dataclasses.replace(one, unit=unit, told=True, target=target)
+        signals.append(one)
+    check_targets(signals, signal_map.source)
+    return dataclasses.replace(signal_map, signals=tuple(signals)), notes
+
+
+def header_unit(
+    one: MappedSignal, field: str, names: Sequence[str], units: Mapping[str, str], source: str
+) -> str:
+    """The unit that a column's header tells of a mapped signal; empty where it tells none.
+
+    Raises:
+        InputError: see `with_header_units`.
+    """
+    column = field if field in names else re.sub(r"\[\d+\]$", "", field)
+    if column not in names:
+        return ""
+    where = f"{source}: signals.{one.name}"
+    word = headers.told(column, units.get(column, ""))
+    dimensions = MAPPED[one.name]
+    if not word:
+        # A name's end can mean other things: it counts where the map leaves the unit open.
+        ending = headers.ending(column, dimensions)
+        return ending if not one.told and len(ending) > 1 and ending not in _WORDS else ""
+    unit = headers.unit_of(word, dimensions)
+    dimension = dimension_of(unit)
+    shown = f"the header of {column[:60]} says {word[:40]}"
+    if dimension == "number":
+        return ""
+    if one.told:
+        same = unit == one.unit or (
+            dimension == dimension_of(one.unit) and in_si(unit) == in_si(one.unit)
+        )
+        # With a scale the map converts, and says what the scaled value is in.
+        if dimension is not None and not same and one.scale == 1.0:
+            raise InputError(
+                f"{where}.unit: the map says {one.unit}, but {shown}; expected unit: {unit}, or a "
+                "scale that converts"
+            )
+        return ""
+    if dimension is None:
+        raise InputError(f"{where}: {shown}, and {unknown_unit(word)}; expected unit in the map")
+    if dimension.startswith("counts"):
+        raise InputError(
+            f"{where}: {shown}; expected unit: {unit} and what they are worth, counts_per_rev or "
+            "counts_per_m"
+        )
+    if dimension not in dimensions:
+        known = ", ".join(key for kind in dimensions for key in UNITS[kind])
+        raise InputError(
+            f"{where}: {shown}, which measures {dimension}, but {one.name} is "
+            f"{' or '.join(dimensions)} ({known}); expected unit and scale in the map"
+        )
+    return unit
+
+
+_WORDS = ("in", "min", "1")  # units that end names as words
 
 
 def place_of(source: Source, one: MappedSignal, signal_map: SignalMap) -> tuple[str, str]:
@@ -149,8 +228,8 @@ def place_of(source: Source, one: MappedSignal, signal_map: SignalMap) -> tuple[
     return topic, field
 
 
-def time_column(source: TableSource, topic: str, signal_map: SignalMap) -> tuple[str, float] | None:
-    """A table's column of instants and what one of its units is in s; None where a rate is given.
+def time_column(source: TableSource, topic: str, signal_map: SignalMap) -> TimeColumn | None:
+    """A table's column of instants; None where a rate is given.
 
     Raises:
         InputError: the map gives neither, and no column is called as one of instants.
@@ -158,14 +237,13 @@ def time_column(source: TableSource, topic: str, signal_map: SignalMap) -> tuple
     if signal_map.rate_hz is not None:
         return None
     if signal_map.time is not None:
-        time = signal_map.time
-        return time.field, in_si(time.unit) * time.scale
-    names = source.tables[topic].names if topic in source.tables else []
-    for name in names:
-        if name.lower() in TIME_COLUMNS:
-            unit = TIME_COLUMNS[name.lower()]
-            told = source.tables[topic].units.get(name, unit)
-            return name, in_si(told if told in ("s", "ms", "us", "ns", "min") else unit)
+        return signal_map.time
+    table = source.tables.get(topic)
+    names: Sequence[str] = [] if table is None else table.names
+    if table is not None:
+        found = named_column(names, table.units, str(source.path))
+        if found is not None:
+            return found
     raise InputError(
         f"{signal_map.source}: time is missing: no column of {source.path} is called as one of "
         f"instants; expected time: {{field: NAME, unit: s}} or rate: HZ; found "
@@ -189,7 +267,7 @@ def _streams(
     """A topic's samples; two streams where some of its signals go by header, others by bag."""
     name = topic
     targets = [one.key for one in wanted]
-    signals = {target: entries[target].in_si(_joined(parts, target)) for target in targets}
+    signals = {target: entries[target].whole(_joined(parts, target)) for target in targets}
     log = np.concatenate([_given(part.log_time_ns) for part in parts])
     header: StampArray | None = None
     if all(part.header_ns is not None for part in parts):
@@ -244,45 +322,74 @@ def _given(stamps: StampArray | None) -> StampArray:
 
 
 def _table_stream(
-    path: str | Path,
+    source: TableSource,
     topic: str,
     parts: list[Columns],
     entries: dict[str, MappedSignal],
     signal_map: SignalMap,
-    time: tuple[str, float] | None,
 ) -> Stream:
-    """A table's rows that have a time."""
+    """A table's rows that have a time; signals as the file has them, in the field's own unit."""
+    path = str(source.path)
     signals = {
-        target: one.in_si(_joined(parts, target).astype(np.float64))
+        target: one.whole(_joined(parts, target).astype(np.float64))
         for target, one in entries.items()
         if any(target in part.values for part in parts)
     }
     name = topic or "rows"
-    if time is None:
+    column = time_column(source, topic, signal_map)
+    if column is None:
         assert signal_map.rate_hz is not None
         index = np.arange(sum(map(len, parts)))
         stamps = np.round(index * (1e9 / signal_map.rate_hz)).astype(np.int64)
         return Stream(name, stamps, None, "table", signals)
-    column, unit_s = time
-    raw = _joined(parts, _TIME_KEY)
-    known = np.isfinite(raw)
-    if raw.dtype.kind == "i" and unit_s == 1e-9:
-        stamps = raw.astype(np.int64)
-    else:
-        seconds = np.where(known, raw, 0.0).astype(np.float64) * unit_s
-        if float(np.abs(seconds).max(initial=0.0)) > _FARTHEST_S:
-            raise InputError(
-                f"{path}: {column} reaches {float(np.abs(seconds).max()):.4g} s; expected a time "
-                "(time.unit in the map?)"
-            )
-        stamps = np.round(seconds * 1e9).astype(np.int64)
-    stream = Stream(name, stamps, None, "table", signals)
-    if not known.all():
-        stream.notes.append(f"{name}: {int((~known).sum())} rows without {column} left out")
-        stream.keep(known)
+    dated = column.field in source.tables[topic].dated
+    found = instants(_joined(parts, _TIME_KEY), column, dated=dated, path=path)
+    stream = Stream(name, found.stamps_ns, None, "table", signals)
+    stream.notes += [f"{name}: {note}" for note in found.notes]
+    if not found.known.all():
+        lacking = int((~found.known).sum())
+        stream.notes.append(f"{name}: {lacking} rows without {column.field} left out")
+        stream.keep(found.known)
     if not stream.stamps_ns.size:
-        raise InputError(f"{path}: {name}: no row has a number in {column}")
+        raise InputError(f"{path}: {name}: no row has a number in {column.field}")
     return stream
+
+
+def _screen(one: Stream, entries: dict[str, MappedSignal]) -> None:
+    """Leave out what says nothing, note what starts again, and put the signals into SI."""
+    names = {target: entries[target].name for target in one.signals}
+    for target, values in one.signals.items():
+        entry = entries[target]
+        if entry.wrap is not None:
+            if entry.period is not None and hurried(values, entry.period):
+                one.notes.append(
+                    f"{one.name}: {entry.name}: moves by more than a quarter of {entry.wrap.text} "
+                    "in a sample: which way it started again is a guess there"
+                )
+            continue
+        found = find_wrap(values, "" if entry.unit == "counts" else entry.unit)
+        if found is not None:
+            one.notes.append(
+                f"{one.name}: {entry.name}: {found.text}: wrap: {found.wrap.text} in the map makes "
+                "it whole"
+            )
+    si = {target: entries[target].in_si(values) for target, values in one.signals.items()}
+    # Whole numbers show the ends of their range before they are scaled; speeds are told in SI.
+    flaws = find_flaws(one.stamps_ns, one.signals, held=HELD)
+    rates = {name: speed for name, speed in SPEEDS.items() if name in si and speed in si}
+    if rates:
+        taken = {flaw.fields for flaw in flaws}
+        pairs = {name: si[name] for pair in rates.items() for name in pair}
+        more = find_flaws(one.stamps_ns, pairs, held=HELD, speeds=rates)
+        flaws += [flaw for flaw in more if flaw.kind == FROZEN and flaw.fields not in taken]
+    left_out(one.signals, flaws)
+    one.signals = {
+        target: np.where(np.isnan(one.signals[target]), np.nan, values)
+        for target, values in si.items()
+    }
+    one.notes += [
+        f"{one.name}: {note}" for note in flaw_notes(flaws, int(one.stamps_ns.min()), names)
+    ]
 
 
 def _cut(one: Stream, start_ns: int | None, stop_ns: int | None) -> None:

@@ -42,6 +42,7 @@ class MatTable:
         self.path = Path(path)
         self.topic = ""
         self.units: dict[str, str] = {}
+        self.dated: set[str] = set()  # it holds no dates
         self.notes: tuple[str, ...] = ()
         self._columns: dict[str, FloatArray] = {}
         for name, value in self._load().items():

@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 import re
 from dataclasses import dataclass
 
-from .map import MAPPED, MappedSignal, SignalMap, TimeColumn
+from .headers import bare, ending, told, unit_of
+from .map import MAPPED, MappedSignal, SignalMap
 from .mapped import contract_map
+from .names import ASKED, INJECTED
+from .names import words as words_of
 from .survey import FieldSurvey, Survey, TopicSurvey
-from .units import UNITS, dimension_of, in_si, plain
+from .units import UNITS, dimension_of, plain, unknown_unit
 
 # Words in names -> what they speak of. Whole words: `pos`, not `composite`.
 _QUANTITY = {
@@ -47,31 +51,11 @@ _QUANTITY = {
     "ud": "voltage_d",
     "vd": "voltage_d",
 }
-_ASKED = {
-    "reference",
-    "ref",
-    "desired",
-    "des",
-    "setpoint",
-    "sp",
-    "command",
-    "commands",
-    "commanded",
-    "cmd",
-    "target",
-    "goal",
-    "demand",
-    "set",
-    "control",
-    "qg",
-}
 _ROTOR = {"rotor", "motor", "mot", "servo", "encoder", "enc"}
+_ENCODERS = {"encoder", "enc"}
 _ROD = {"rod", "cylinder", "piston", "slider", "carriage", "stage", "linear", "ram", "axis"}
 _FORCE = {"force"}
 _NOT = {"error", "err", "covariance", "timestamp", "time", "stamp", "acceleration", "acc"}
-_UNIT_IN_NAME = re.compile(r"[\[(]\s*([^\])]+?)\s*[\])]\s*$|_([A-Za-z]+(?:_per_[A-Za-z]+)?)$")
-_SLASHED = {"rad_per_s": "rad/s", "m_per_s": "m/s", "mm_per_s": "mm/s", "deg_per_s": "deg/s"}
-_CASED = {"ma": "mA", "mv": "mV", "nm": "N m", "kn": "kN", "n": "N", "a": "A", "v": "V"}
 _MEASURED = {
     "length": "position",
     "angle": "position",
@@ -82,7 +66,20 @@ _MEASURED = {
     "current": "current_q",
     "voltage": "voltage_q",
 }
+_DIMENSIONS = {
+    "position": ("length", "angle"),
+    "velocity": ("speed", "angular speed"),
+    "effort": ("torque", "force", "current", "voltage"),
+    "current_q": ("current",),
+    "current_d": ("current",),
+    "voltage_q": ("voltage",),
+    "voltage_d": ("voltage",),
+}
 _LONGEST_ROD_M = 20.0
+_UNITS = tuple(one for one in UNITS if one not in ("time", "number", "counts", "counts per second"))
+_COUNTED = {"counts", "count", "ticks", "increments", "raw", "pulses"}
+_MANY = 200.0  # of whole numbers without a unit: no drive turns or travels that many rad or m
+_ENCODER_BITS = range(10, 25)
 
 
 @dataclass(frozen=True)
@@ -124,11 +121,19 @@ def propose(survey: Survey) -> Proposal:
     remarks += remark
     chosen: dict[str, MappedSignal] = {}
     scores: dict[str, float] = {}
+    doubts: dict[str, list[str]] = {}
     for one in candidates:
         found = _signal(one)
         if found is None:
             continue
         signal, score = found
+        doubt, signal = _counts(one, signal)
+        unknown = _told(one)
+        if unknown and dimension_of(plain(unknown)) is None:
+            doubt = f"{one.path} is left out: {unknown_unit(unknown)}"
+        if doubt:
+            doubts.setdefault(signal.name, []).append(doubt)
+            continue
         if score > scores.get(signal.name, 0.0):
             chosen[signal.name], scores[signal.name] = signal, score
     _follow_the_measured(chosen, candidates)
@@ -140,8 +145,10 @@ def propose(survey: Survey) -> Proposal:
             del chosen[name]
             continue
         targets[chosen[name].target] = name
+    remarks += [doubt for name, own in doubts.items() if name not in chosen for doubt in own[:3]]
     if not chosen:
-        return Proposal(None, ("no field has a name that says which signal it is",))
+        nothing = "no field has a name that says which signal it is"
+        return Proposal(None, tuple(remarks) if doubts else (nothing,))
     remarks += _against(chosen, candidates)
     for name in MAPPED:
         if name in chosen:
@@ -153,11 +160,8 @@ def propose(survey: Survey) -> Proposal:
         if survey.time is None:
             remarks.append("no column is called as one of instants: time or rate has to be given")
         else:
-            name, unit_s = survey.time
-            units = {value: unit for unit, value in UNITS["time"].items()}
-            time = TimeColumn(name, units.get(unit_s, "s"))
-            if survey.time_guessed:
-                remarks.append(f"time: {time.unit} is guessed from the steps of {name}")
+            time = survey.time
+            remarks += survey.time_remarks
     ordered = tuple(chosen[name] for name in MAPPED if name in chosen)
     return Proposal(SignalMap(survey.path, ordered, time), tuple(remarks))
 
@@ -169,7 +173,7 @@ def _one_joint(candidates: list[_Candidate]) -> tuple[list[_Candidate], list[str
         if one.place and one.words & _QUANTITY.keys():
             moved[one.place] = moved.get(one.place, 0.0) + one.field.std
     # A rotor and a rod are two joints of one drive.
-    if len(moved) < 2 or any(_words(place) & (_ROTOR | _ROD) for place in moved):
+    if len(moved) < 2 or any(words_of(place) & (_ROTOR | _ROD) for place in moved):
         return candidates, []
     best = max(moved, key=lambda place: moved[place])
     remark = f"joint {best} moves most of {', '.join(sorted(moved)[:12])}: the others are left out"
@@ -199,10 +203,10 @@ def _against(chosen: dict[str, MappedSignal], candidates: list[_Candidate]) -> l
         reference, measured = chosen.get("reference_position"), chosen.get(f"{body}_position")
         if reference is None or measured is None:
             continue
-        if dimension_of(reference.unit) != dimension_of(measured.unit):
+        if reference.dimension != measured.dimension or reference.wrap or measured.wrap:
             continue
         asked, found = (
-            (in_si(one.unit) * own.low, in_si(one.unit) * own.high)
+            (one.unit_si * own.low, one.unit_si * own.high)
             for one in (reference, measured)
             for own in (_candidate(one, candidates).field,)
         )
@@ -242,7 +246,7 @@ def _candidates(topic: TopicSurvey) -> list[_Candidate]:
         if not field.count:
             continue
         joint = _joint_of(topic, field.path)
-        words = _words(topic.name) | _words(_bare(field.path)) | _words(joint)
+        words = words_of(topic.name) | words_of(bare(field.path)) | words_of(joint)
         out.append(_Candidate(topic, field, joint, frozenset(words)))
     return out
 
@@ -262,45 +266,60 @@ def _joint_of(topic: TopicSurvey, path: str) -> str:
     return ""
 
 
-def _bare(name: str) -> str:
-    return re.sub(r"[\[(][^\])]*[\])]\s*$", "", name)
-
-
-def _words(name: str) -> set[str]:
-    spaced = re.sub(r"([a-z0-9])([A-Z])", r"\1 \2", name)
-    return {word.lower() for word in re.split(r"[^A-Za-z]+", spaced) if word}
+def _told(one: _Candidate) -> str:
+    """The word for a unit that a line of units or a header's brackets hold; empty for none."""
+    return told(re.sub(r"\[\d+\]$", "", one.field.path), one.field.unit)
 
 
 def _unit(one: _Candidate) -> str:
     """The unit that a line of units or a name gives; empty for none that is known."""
-    told = one.field.unit
-    if not told:
-        name = re.sub(r"\[\d+\]$", "", one.field.path)
-        found = _UNIT_IN_NAME.search(one.topic.name if name == "data" else name)
-        told = (found[1] or found[2] or "") if found else ""
-    told = _SLASHED.get(told, told)
-    spellings = {told, told.lower(), _CASED.get(told.lower(), told)}
-    for spelling in (told, *sorted(spellings)):
-        unit = plain(spelling)
-        if unit and dimension_of(unit) not in (None, "time", "number"):
+    name = re.sub(r"\[\d+\]$", "", one.field.path)
+    word = _told(one)
+    named = one.topic.name if name == "data" else name
+    for dimensions in (_DIMENSIONS.get(_quantity(one) or "", ()), _UNITS):
+        unit = unit_of(word, dimensions) if word else ending(named, dimensions)
+        if dimensions and dimension_of(unit) in dimensions:
             return unit
     return ""
+
+
+def _quantity(one: _Candidate) -> str | None:
+    """What a name speaks of; None where it says nothing of the kind."""
+    # What stands last says most: `motor_position`, `reference.positions`, `/joint/torque` `data`.
+    said = [*_ordered(one.field.path), *_ordered(one.topic.name)]
+    return next((_QUANTITY[word] for word in said if word in _QUANTITY), None)
+
+
+def _counted(one: _Candidate) -> bool:
+    """Whether a field is in counts: its unit says so, its name, or that it is whole and large."""
+    unit = plain(_told(one)) if _told(one) else ending(one.field.path)
+    if dimension_of(unit) is not None:
+        return (dimension_of(unit) or "").startswith("counts")
+    if one.words & _COUNTED:
+        return True
+    far = max(abs(one.field.low), abs(one.field.high)) >= _MANY
+    return one.field.whole and far and not _in_si(one.topic.type)
 
 
 def _signal(one: _Candidate) -> tuple[MappedSignal, float] | None:
     words = one.words
     if words & _NOT:
         return None
-    asked = bool(words & _ASKED)
+    asked = bool(words & ASKED)
     if one.field.equal == 1.0 and not asked:  # never changes: not connected
         return None
-    own = _words(_bare(one.field.path))
+    own = words_of(bare(one.field.path))
     unit = _unit(one)
-    # What stands last says most: `motor_position`, `reference.positions`, `/joint/torque` `data`.
-    said = [*_ordered(one.field.path), *_ordered(one.topic.name)]
-    quantity = next((_QUANTITY[word] for word in said if word in _QUANTITY), None)
+    quantity = _quantity(one)
+    if words & INJECTED and quantity == "effort":
+        torque = bool(words & {"torque", "trq", "tau"}) or dimension_of(unit) == "torque"
+        quantity = "injected_torque" if torque else "injected_force"
     if quantity is None and unit:
         quantity = _MEASURED.get(dimension_of(unit) or "")
+    if quantity is None and words & _ENCODERS:
+        quantity = (
+            "velocity" if dimension_of(plain(_told(one))) == "counts per second" else "position"
+        )
     if quantity is None:
         return None
     score = 1.0 + 0.5 * bool(unit) + 0.5 * (one.field.equal < 1.0) + 0.2 * bool(one.joint)
@@ -308,7 +327,7 @@ def _signal(one: _Candidate) -> tuple[MappedSignal, float] | None:
     if quantity in ("position", "velocity"):
         if asked:
             name = f"reference_{quantity}"
-            score += 0.5 * bool(own & _ASKED)
+            score += 0.5 * bool(own & ASKED)
         else:
             name = f"{_body(one, unit)}_{quantity}"
             score += 0.3 * bool(words & (_ROTOR | _ROD))
@@ -321,12 +340,44 @@ def _signal(one: _Candidate) -> tuple[MappedSignal, float] | None:
         return None
     if not unit:
         unit = _usual_unit(name, one)
-    target = dimensions[dimension_of(unit) or next(iter(dimensions))]
-    return MappedSignal(name, target, one.path, one.topic.name, one.joint, unit), score
+    dimension = dimension_of(unit) or next(iter(dimensions))
+    signal = MappedSignal(name, dimensions[dimension], one.path, one.topic.name, one.joint, unit)
+    wrap = one.field.wrap
+    if wrap is not None and (dimension in ("length", "angle") or wrap.wrap.signed):
+        degrees = {360.0: 1.0, 3600.0: 0.1, 36000.0: 0.01}.get(wrap.wrap.period)
+        turn = math.isnan(wrap.wrap.period) or degrees is not None
+        if turn and "angle" in dimensions and not _unit(one):  # what turns so is an angle
+            unit, target = ("deg" if degrees else "rad"), dimensions["angle"]
+            signal = dataclasses.replace(signal, unit=unit, target=target, scale=degrees or 1.0)
+            signal = dataclasses.replace(signal, wrap=wrap.wrap)
+        elif not turn or dimension == "angle":
+            signal = dataclasses.replace(signal, wrap=wrap.wrap)
+    return signal, score
+
+
+def _counts(one: _Candidate, signal: MappedSignal) -> tuple[str, MappedSignal]:
+    """A position or speed in counts: with what they are worth, where that shows; else a doubt."""
+    if signal.dimension not in ("length", "angle", "speed", "angular speed") or not _counted(one):
+        return "", signal
+    unit = "counts" if signal.dimension in ("length", "angle") else "counts/s"
+    wrap = one.field.wrap
+    bits = None if wrap is None or wrap.wrap.signed else math.log2(wrap.wrap.period)
+    turning = "rotor_position" in (signal.name,) or one.words & _ROTOR
+    if wrap is not None and bits in _ENCODER_BITS and bits != 16 and turning and unit == "counts":
+        turn = round(wrap.wrap.period)
+        target = MAPPED[signal.name]["angle"]
+        known = dataclasses.replace(signal, unit=unit, counts_per_rev=float(turn), target=target)
+        return "", known
+    worth = "counts_per_rev" if signal.dimension.startswith("ang") else "counts_per_m"
+    return (
+        f"{signal.name}: {one.path} ({one.field.low:.6g} to {one.field.high:.6g}) is in counts, as "
+        f"it seems, and is left out: add {{field: {one.path}, unit: {unit}, {worth}: N}}",
+        signal,
+    )
 
 
 def _ordered(path: str) -> list[str]:
-    spaced = re.sub(r"([a-z0-9])([A-Z])", r"\1 \2", _bare(path))
+    spaced = re.sub(r"([a-z0-9])([A-Z])", r"\1 \2", bare(path))
     return [word.lower() for word in re.split(r"[^A-Za-z]+", spaced) if word][::-1]
 
 
@@ -358,6 +409,14 @@ def _in_si(kind: str) -> bool:
 def _remarks(signal: MappedSignal, candidates: list[_Candidate]) -> list[str]:
     out = []
     own = _candidate(signal, candidates)
+    if own.field.wrap is not None:
+        out.append(f"{signal.name}: {own.field.wrap.text}")
+    if signal.counts_per_rev is not None:
+        out.append(
+            f"{signal.name}: {signal.counts_per_rev:g} counts per revolution are guessed from "
+            "where it starts again"
+        )
+        return out
     if not _unit(own) and not _in_si(own.topic.type):
         low, high = own.field.low, own.field.high
         said = f"{signal.name}: {signal.unit} is assumed; it ranges from {low:.4g} to {high:.4g}"

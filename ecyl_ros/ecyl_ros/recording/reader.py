@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -66,7 +67,7 @@ def read_recording(
         grid = by_key[JOINT_STATES.key].stamp_ns
     else:
         grid = np.unique(np.concatenate([samples.stamp_ns for samples in found]))
-    signals: dict[str, FloatArray] = {}
+    signals: dict[str, Any] = {}
     for samples in found:
         signals.update(_on_grid(bag, samples, grid, notes))
     return Recording(stamp_ns=grid, **signals, notes=tuple(notes))

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -36,6 +37,8 @@ SIGNALS: dict[str, str] = {
 FOREIGN_SIGNALS: dict[str, str] = {
     "reference_position_rad": "rad",
     "reference_velocity_rad_per_s": "rad/s",
+    "injected_force_n": "N",
+    "injected_torque_nm": "N m",
     "mode": "1",
 }
 
@@ -61,7 +64,11 @@ class Recording:
             has it; the torque constant goes with it).
         voltage_d_v, voltage_q_v: commanded dq voltages.
         reference_position_rad, reference_velocity_rad_per_s: what a rotary output was asked to do.
+        injected_force_n: a known force put on the rod from outside, positive along its motion.
+        injected_torque_nm: a known torque put on the rotor beside what the loop commands: a test
+            signal, a feedforward.
         mode: which state the drive was in, as a number.
+        resolution: signal -> step in SI that it was quantised to, of those for which it is known.
         notes: one line each on what is missing or was cut off when the recording was read.
 
     Raises:
@@ -85,7 +92,10 @@ class Recording:
     voltage_q_v: FloatArray = _NOT_GIVEN
     reference_position_rad: FloatArray = _NOT_GIVEN
     reference_velocity_rad_per_s: FloatArray = _NOT_GIVEN
+    injected_force_n: FloatArray = _NOT_GIVEN
+    injected_torque_nm: FloatArray = _NOT_GIVEN
     mode: FloatArray = _NOT_GIVEN
+    resolution: Mapping[str, float] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
@@ -148,7 +158,6 @@ class Recording:
     def slice(self, start_s: float = 0.0, stop_s: float = float("inf")) -> Recording:
         """The part with start_s <= time_s < stop_s; stamps keep their values."""
         keep = (self.time_s >= start_s) & (self.time_s < stop_s)
-        arrays = {f.name: getattr(self, f.name) for f in fields(self) if f.name != "notes"}
-        return Recording(
-            **{name: values[keep] for name, values in arrays.items()}, notes=self.notes
-        )
+        names = ("stamp_ns", *SIGNALS, *FOREIGN_SIGNALS)
+        arrays = {name: getattr(self, name)[keep] for name in names}
+        return replace(self, **arrays)

@@ -97,6 +97,7 @@ def pick_stretches(
     longest_s: float,
     most: int = 1,
     progress: Callable[[float], None] | None = None,
+    within_ns: tuple[int, int] | None = None,
 ) -> Stretches | None:
     """The parts of `longest_s` in which the drive was put through most: the best, and more.
 
@@ -111,6 +112,7 @@ def pick_stretches(
         longest_s: length of a stretch.
         most: how many at the most.
         progress: called now and then with the share of the file gone through.
+        within_ns: recorder's times between which to look; the stretches count from the first.
 
     Returns:
         None where the recording is no longer than `longest_s`, or a table (which is read whole).
@@ -122,9 +124,10 @@ def pick_stretches(
     if isinstance(source, TableSource):
         return None
     bins: dict[str, _Bins] = {}
-    origin: int | None = None
+    origin, stop = (None, 2**62) if within_ns is None else within_ns
     last = 0
-    for part in source.columns(wanted_of(source, signal_map)):
+    wanted = wanted_of(source, signal_map)
+    for part in source.columns(wanted, start_ns=origin, stop_ns=stop):
         log = part.log_time_ns
         if log is None or not log.size:
             continue
@@ -132,7 +135,7 @@ def pick_stretches(
             origin = int(log[0])
         index = (log - origin) // round(BIN_S * 1e9)
         # A message of before the first, or of years later, is no part of the run.
-        usable = (index >= 0) & (index < _MOST_BINS)
+        usable = (index >= 0) & (index < _MOST_BINS) & (log < stop)
         last = max(last, int(index[usable].max(initial=0)))
         for target, values in part.values.items():
             bins.setdefault(target, _Bins()).take(index[usable], values[usable])
@@ -143,8 +146,13 @@ def pick_stretches(
     return _chosen(bins, last + 1, origin, longest_s, most)
 
 
-def recording_stretches(recording: Recording, longest_s: float, most: int = 1) -> Stretches | None:
-    """As `pick_stretches`, of a recording in memory; times are its stamps."""
+def recording_stretches(
+    recording: Recording, longest_s: float, most: int = 1, first_s: float = 0.0
+) -> Stretches | None:
+    """As `pick_stretches`, of a recording in memory; times are its stamps.
+
+    first_s: when it begins, where it is part of a longer one.
+    """
     index = (recording.stamp_ns - recording.stamp_ns[:1]) // round(BIN_S * 1e9)
     if not index.size or index[-1] >= _MOST_BINS:
         return None
@@ -153,11 +161,17 @@ def recording_stretches(recording: Recording, longest_s: float, most: int = 1) -
         if recording.has(name):
             bins[name] = _Bins()
             bins[name].take(index, recording.signal(name))
-    return _chosen(bins, int(index[-1]) + 1, int(recording.stamp_ns[0]), longest_s, most)
+    count, origin = int(index[-1]) + 1, int(recording.stamp_ns[0])
+    return _chosen(bins, count, origin, longest_s, most, first_s)
 
 
 def _chosen(
-    bins: dict[str, _Bins], count: int, origin_ns: int, longest_s: float, most: int
+    bins: dict[str, _Bins],
+    count: int,
+    origin_ns: int,
+    longest_s: float,
+    most: int,
+    first_s: float = 0.0,
 ) -> Stretches | None:
     width = round(longest_s / BIN_S)
     if count <= width:
@@ -185,7 +199,7 @@ def _chosen(
     for one in taken:
         begin = int(starts[one])
         start_ns = origin_ns + begin * tick
-        begin_s = begin * BIN_S
+        begin_s = first_s + begin * BIN_S
         chosen.append(Stretch(start_ns, start_ns + length_ns, begin_s, begin_s + longest_s))
     return Stretches(count * BIN_S, by, tuple(chosen))
 

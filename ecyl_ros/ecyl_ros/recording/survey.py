@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
-import re
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -14,13 +15,20 @@ from numpy.typing import NDArray
 from ..errors import InputError
 from .clocks import ClockFit, ClockMeter, StampFigures, StampMeter
 from .columns import Columns
-from .map import SignalMap
-from .mapped import time_column
-from .source import TableSource, open_source
-from .units import in_si
+from .flaws import Flaw
+from .headers import bare, ending, told
+from .health import HealthMeter
+from .instants import TIME_COLUMNS, Instants, epoch_unit, instants, named_column
+from .map import ISO, SignalMap, TimeColumn
+from .names import words
+from .signals import StampArray
+from .source import TableSource, Wanted, open_source
+from .span import Span
+from .units import UNITS, in_si, plain
+from .wrap import WrapFound, find_clock_wrap
 
 SCHEMA = "ecyl.inspection/1"
-_TIME_WORDS = {"time", "timestamp", "stamp", "stamps", "clock", "t"}
+_TIME_WORDS = {"time", "timestamp", "stamp", "stamps", "clock", "t", "date", "datetime", "utc"}
 _SHORTEST_S, _LONGEST_S = 5e-6, 0.5  # steps that drives are recorded at
 
 
@@ -36,6 +44,8 @@ class FieldSurvey:
         travel: sum of all steps' sizes.
         turns: how often the steps changed sign.
         equal: share of values that equal the one before: 1 where nothing ever changes.
+        whole: whether all values are whole numbers.
+        wrap: how it starts again; None where it does not.
     """
 
     path: str
@@ -48,6 +58,8 @@ class FieldSurvey:
     travel: float
     turns: int
     equal: float
+    whole: bool = False
+    wrap: WrapFound | None = None
 
 
 @dataclass(frozen=True)
@@ -61,6 +73,7 @@ class TopicSurvey:
         clock: the recorder's clock against the messages' stamps; None without one of them.
         names: joint names by path.
         fields: of all numbers.
+        flaws: stretches that say nothing.
         unread: why its messages could not be decoded; empty where they could.
     """
 
@@ -72,6 +85,7 @@ class TopicSurvey:
     names: dict[str, tuple[str, ...]] = field(default_factory=dict)
     fields: tuple[FieldSurvey, ...] = ()
     unread: str = ""
+    flaws: tuple[Flaw, ...] = ()
 
     @property
     def stamps(self) -> StampFigures | None:
@@ -89,16 +103,37 @@ class Survey:
         path, kind: of the recording; see `source`.
         topics: all met.
         notes: what was cut off or could not be read.
-        time: of a table, its column of instants and the seconds in one of its units.
-        time_guessed: whether that unit was guessed from the steps.
+        time: of a table, its column of instants.
+        time_remarks: what of that was guessed or found.
     """
 
     path: str
     kind: str
     topics: tuple[TopicSurvey, ...]
     notes: tuple[str, ...]
-    time: tuple[str, float] | None = None
-    time_guessed: bool = False
+    time: TimeColumn | None = None
+    time_remarks: tuple[str, ...] = ()
+
+    @property
+    def origin_ns(self) -> int | None:
+        """The first stamp of all; None where nothing has a stamp."""
+        found = [one.stamps.first_ns for one in self.topics if one.stamps is not None]
+        return min(found, default=None)
+
+    def flaw_lines(self) -> list[str]:
+        """A line on each stretch that says nothing and each field that starts again."""
+        lines = []
+        for topic in self.topics:
+            name = f"{topic.name}: " if topic.name else ""
+            origin = None if topic.stamps is None else self.origin_ns
+            lines += [f"{name}{flaw.text(origin)}" for flaw in topic.flaws]
+            lines += [
+                f"{name}{one.path}: {one.wrap.text}: wrap: {one.wrap.wrap.text} in the map makes "
+                "it whole"
+                for one in topic.fields
+                if one.wrap is not None
+            ]
+        return lines
 
     def as_json(self) -> dict[str, Any]:
         """Plain data, schema `ecyl.inspection/1`; SI and s, None where a figure has no meaning."""
@@ -107,6 +142,14 @@ class Survey:
             "path": self.path,
             "kind": self.kind,
             "notes": list(self.notes),
+            "time": None
+            if self.time is None
+            else {
+                "field": self.time.field,
+                "unit": self.time.unit or None,
+                "wrap": None if self.time.wrap is None else self.time.wrap.in_map,
+                "remarks": list(self.time_remarks),
+            },
             "topics": [
                 {
                     "name": one.name,
@@ -133,12 +176,31 @@ class Survey:
                             "mean": _number(f.mean),
                             "std": _number(f.std),
                             "unchanged": _number(f.equal),
+                            "wrap": None
+                            if f.wrap is None
+                            else {"wrap": f.wrap.wrap.in_map, "times": f.wrap.times},
                         }
                         for f in one.fields
                     ],
+                    "flaws": [self._flaw(one, flaw) for flaw in one.flaws],
                 }
                 for one in self.topics
             ],
+        }
+
+    def _flaw(self, topic: TopicSurvey, flaw: Flaw) -> dict[str, Any]:
+        origin = None if topic.stamps is None else self.origin_ns
+        begin, end = (
+            None if origin is None else (at - origin) / 1e9 for at in (flaw.begin_ns, flaw.end_ns)
+        )
+        return {
+            "kind": flaw.kind,
+            "fields": list(flaw.fields),
+            "from_s": begin,
+            "to_s": end,
+            "rows": [flaw.begin, flaw.end],
+            "samples": flaw.samples,
+            "text": flaw.text(origin),
         }
 
 
@@ -167,16 +229,21 @@ def _stamps(one: StampFigures | None) -> dict[str, Any] | None:
 class _Topic:
     """Running figures of one topic."""
 
-    def __init__(self, name: str, kind: str) -> None:
+    def __init__(self, name: str, kind: str, units: dict[str, str]) -> None:
         self.name, self.type = name, kind
+        self._units = units
+        self._health = HealthMeter(name, units)
         self.log, self.header, self.clock = StampMeter(), StampMeter(), ClockMeter()
         self.has_log = self.has_header = False
         self.figures: dict[str, NDArray[np.float64]] = {}
 
-    def take(self, part: Columns) -> None:
-        """The next samples."""
+    def take(self, part: Columns, instants_ns: StampArray | None = None) -> None:
+        """The next samples; of a table with their instants."""
         from .kernels import FIGURES, run_figures
 
+        if instants_ns is not None:
+            self.log.take(instants_ns)
+            self.has_log = True
         if part.log_time_ns is not None:
             self.log.take(part.log_time_ns)
             self.has_log = True
@@ -185,15 +252,18 @@ class _Topic:
             self.has_header = True
             if part.log_time_ns is not None:
                 self.clock.take(part.header_ns, part.log_time_ns)
+        stamps = instants_ns if instants_ns is not None else _stamps_of(part)
+        if part.values and stamps.size == len(part):
+            self._health.take(stamps, part.values)
         for path, values in part.values.items():
             if path not in self.figures:
                 self.figures[path] = np.zeros(FIGURES)
             run_figures(np.asarray(values, dtype=np.float64), self.figures[path])
 
-    def survey(
-        self, names: dict[str, tuple[str, ...]], units: dict[str, str], unread: str = ""
-    ) -> TopicSurvey:
+    def survey(self, names: dict[str, tuple[str, ...]], unread: str = "") -> TopicSurvey:
         """The figures."""
+        flaws, wraps = self._health.found()
+        whole = self._health.whole
         return TopicSurvey(
             self.name,
             self.type,
@@ -201,9 +271,25 @@ class _Topic:
             self.header.figures() if self.has_header else None,
             self.clock.fit() if self.has_header else None,
             names,
-            tuple(_field(path, units, own) for path, own in self.figures.items()),
+            tuple(
+                dataclasses.replace(
+                    _field(path, self._units, own),
+                    whole=whole.get(path, False),
+                    wrap=wraps.get(path),
+                )
+                for path, own in self.figures.items()
+            ),
             unread,
+            flaws,
         )
+
+
+def _stamps_of(part: Columns) -> StampArray:
+    """The messages' own stamps where they are set, else the recorder's, else the rows."""
+    header = part.header_ns
+    if header is not None and bool((header > 0).all()):
+        return header
+    return np.arange(len(part)) if part.log_time_ns is None else part.log_time_ns
 
 
 def _field(path: str, units: dict[str, str], figures: NDArray[np.float64]) -> FieldSurvey:
@@ -230,57 +316,174 @@ def _field(path: str, units: dict[str, str], figures: NDArray[np.float64]) -> Fi
     )
 
 
-def survey(path: str | Path) -> Survey:
+def survey(
+    path: str | Path, span: Span | None = None, signal_map: SignalMap | None = None
+) -> Survey:
     """Look through a recording of any kind, once.
 
+    Args:
+        path: as `source.open_source` takes it.
+        span: the part to look at; all by default.
+        signal_map: a map whose column of instants is taken.
+
     Raises:
-        InputError: unusable as `source.open_source` and the readers say.
+        InputError: unusable as `source.open_source` and the readers say, or without samples in
+            the span.
     """
     source = open_source(path)
     topics: dict[str, _Topic] = {}
-    time: tuple[str, float] | None = None
-    guessed = False
+    clocks: dict[str, _Clock] = {}
+    if isinstance(source, TableSource):
+        clocks = {topic: _clock(source, topic, signal_map) for topic in source.tables}
+    rows: dict[str, int] = {}
+    first: int | None = None
     for part in source.columns():
         if part.topic not in topics:
-            topics[part.topic] = _Topic(part.topic, part.type)
-        own = topics[part.topic]
-        if isinstance(source, TableSource):
-            if time is None:
-                time, guessed = _time_column(source, part, str(path))
-            if time is not None and time[0] in part.values:
-                own.log.take(_instants(part.values[time[0]], time[1]))
-                own.has_log = True
-        own.take(part)
+            units = source.tables[part.topic].units if isinstance(source, TableSource) else {}
+            topics[part.topic] = _Topic(part.topic, part.type, units)
+        begin = rows.get(part.topic, 0)
+        rows[part.topic] = begin + len(part)
+        found = clocks[part.topic].instants if part.topic in clocks else None
+        own = None
+        if found is not None:
+            known = found.known[begin : begin + len(part)]
+            own = found.stamps_ns[begin : begin + len(part)]
+            if not known.all():
+                part, own = _chosen(part, known), own[known]
+        if span is not None:
+            when = own if own is not None else part.log_time_ns
+            if when is None:
+                raise InputError(
+                    f"{path}: --from and --to need instants: no column is called as one of "
+                    "instants; expected a map with time or rate (--map)"
+                )
+            if first is None and when.size:
+                first = int(when[0])
+            if first is not None:
+                seconds = (when - first) / 1e9
+                inside = (seconds >= span.begin_s) & (seconds < span.end_s)
+                part, own = _chosen(part, inside), None if own is None else own[inside]
+        topics[part.topic].take(part, own)
     surveys = []
     for name, kind in source.types.items():
-        units = source.tables[name].units if isinstance(source, TableSource) else {}
-        topic = topics.get(name) or _Topic(name, kind)
-        surveys.append(topic.survey(source.names.get(name, {}), units, source.unread.get(name, "")))
-    return Survey(str(path), source.kind, tuple(surveys), source.notes, time, guessed)
+        topic = topics.get(name) or _Topic(name, kind, {})
+        surveys.append(topic.survey(source.names.get(name, {}), source.unread.get(name, "")))
+    if span is not None and not any(one.log is not None and one.log.count for one in surveys):
+        raise InputError(f"{path}: no samples {span.text}; expected --from and --to within it")
+    notes = tuple(
+        dict.fromkeys((*source.notes, *(n for one in clocks.values() for n in one.notes)))
+    )
+    clock = next((one for one in clocks.values() if one.column is not None), None)
+    if clock is None:
+        return Survey(str(path), source.kind, tuple(surveys), notes)
+    return Survey(str(path), source.kind, tuple(surveys), notes, clock.column, clock.remarks)
 
 
-def _time_column(
-    source: TableSource, part: Columns, path: str
-) -> tuple[tuple[str, float] | None, bool]:
-    """A table's column of instants by its name, and whether its unit is a guess from its steps."""
+def _chosen(part: Columns, rows: NDArray[np.bool_]) -> Columns:
+    return Columns(
+        part.topic,
+        part.type,
+        None if part.log_time_ns is None else part.log_time_ns[rows],
+        None if part.header_ns is None else part.header_ns[rows],
+        {path: values[rows] for path, values in part.values.items()},
+    )
+
+
+@dataclass(frozen=True)
+class _Clock:
+    """A table's column of instants, what it holds, and what was guessed or is wrong with it."""
+
+    column: TimeColumn | None = None
+    instants: Instants | None = None
+    remarks: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
+
+
+def _clock(source: TableSource, topic: str, signal_map: SignalMap | None) -> _Clock:
+    """A table's column of instants: the map's, or by its name, its unit by its size or steps."""
+    table = source.tables[topic]
+    if signal_map is not None and signal_map.rate_hz is not None:
+        return _Clock()
+    first = next(iter(table.columns()), None)
+    values = {} if first is None else first.values
     try:
-        return time_column(source, part.topic, SignalMap(path, ())), False
-    except InputError:
-        pass
-    for name, values in part.values.items():
-        words = {word.lower() for word in re.split(r"[^A-Za-z]+", name)}
-        steps = np.diff(values)
-        if not words & _TIME_WORDS or steps.size < 2 or not (steps >= 0.0).mean() > 0.99:
+        given = None if signal_map is None else signal_map.time
+        column = (
+            given
+            or named_column(table.names, table.units, str(source.path))
+            or _like_one(table.names, values, table.units, table.dated)
+        )
+        if column is None:
+            return _Clock()
+        wanted = {topic: [Wanted("time", column.field)]}
+        raw = np.concatenate([part.values["time"] for part in source.columns(wanted)])
+        dated = column.field in table.dated
+        remarks = []
+        if dated and not column.unit:
+            column = dataclasses.replace(column, unit=ISO)
+            remarks.append(f"time: {column.field} holds dates")
+        elif not column.unit:
+            unit = epoch_unit(raw)
+            guess = unit or _unit_by_steps(raw)
+            # What is merely called time is in s, unless its size says that it is not.
+            if not unit and bare(column.field).strip().lower() in TIME_COLUMNS:
+                guess = "s"
+            column = dataclasses.replace(column, unit=guess or "s")
+            if unit:
+                remarks.append(
+                    f"time: {unit} since 1970 is guessed from the size of {column.field}"
+                )
+            elif guess != "s" or bare(column.field).strip().lower() not in TIME_COLUMNS:
+                remarks.append(f"time: {column.unit} is guessed from the steps of {column.field}")
+        if column.wrap is None and not dated:
+            found = find_clock_wrap(raw.astype(np.float64))
+            if found is not None:
+                column = dataclasses.replace(column, wrap=found.wrap)
+                remarks.append(
+                    f"time: {column.field} falls back {found.times} times by {found.wrap.text}, as "
+                    "a clock that starts again does, hence wrap"
+                )
+        found_instants = instants(raw, column, dated=dated, path=str(source.path))
+        name = f"{topic}: " if topic else ""
+        cut = [f"{name}{note}" for note in found_instants.notes if "cut off" in note]
+        return _Clock(column, found_instants, tuple(remarks), tuple(cut))
+    except InputError as error:
+        return _Clock(notes=(str(error),))
+
+
+def _like_one(
+    names: Sequence[str],
+    values: Mapping[str, NDArray[Any]],
+    units: Mapping[str, str],
+    dated: Collection[str],
+) -> TimeColumn | None:
+    """The column that holds instants though no usual name says so."""
+    for name in names:
+        if name in dated:
+            return TimeColumn(name)
+    for name, own in values.items():
+        own_words = words(bare(name)) | {bare(name).strip().lower()}
+        own = own[: int(np.flatnonzero(own != 0)[-1]) + 1] if (own != 0).any() else own
+        steps = np.diff(own)  # but for rows at the end that were never filled
+        if not own_words & _TIME_WORDS or steps.size < 2 or not (steps >= 0.0).mean() > 0.9:
             continue
-        step = float(np.median(steps))
-        for unit in ("s", "ms", "us", "ns"):
-            if _SHORTEST_S <= step * in_si(unit) <= _LONGEST_S:
-                return (name, in_si(unit)), True
-    return None, False
+        if not (steps >= 0.0).mean() > 0.99 and find_clock_wrap(own.astype(np.float64)) is None:
+            continue
+        unit = plain(told(name, units.get(name, "")))
+        if unit in UNITS["time"]:
+            return TimeColumn(name, unit)
+        ended = ending(name, ("time",))
+        if ended or epoch_unit(own) or _unit_by_steps(own):
+            return TimeColumn(name, ended)
+    return None
 
 
-def _instants(values: NDArray[Any], unit_s: float) -> NDArray[np.int64]:
-    if values.dtype.kind == "i":
-        return np.asarray(values * max(1, round(unit_s * 1e9)), dtype=np.int64)
-    seconds = values[np.isfinite(values)] * unit_s
-    return np.round(seconds[np.abs(seconds) < 9.0e9] * 1e9).astype(np.int64)
+def _unit_by_steps(values: NDArray[Any]) -> str:
+    """The unit by which a drive's steps of time are sensible; empty where none is."""
+    steps = np.diff(values).astype(np.float64)
+    ahead = steps[steps > 0.0]
+    if not ahead.size:
+        return ""
+    step = float(np.median(ahead))
+    units = ("s", "ms", "us", "ns")
+    return next((unit for unit in units if _SHORTEST_S <= step * in_si(unit) <= _LONGEST_S), "")

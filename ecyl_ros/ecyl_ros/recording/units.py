@@ -37,17 +37,116 @@ UNITS: dict[str, dict[str, float]] = {
     "current": {"A": 1.0, "mA": 1e-3},
     "voltage": {"V": 1.0, "mV": 1e-3},
     "number": {"1": 1.0},
+    # Of an encoder: what one is worth the map has to say (counts_per_rev, counts_per_m).
+    "counts": {"counts": 1.0},
+    "counts per second": {"counts/s": 1.0},
     "time": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0},
 }
 
 
+# Other spellings, in lower case where upper and lower mean the same.
+_SPELLINGS = {
+    "meter": "m",
+    "meters": "m",
+    "metre": "m",
+    "metres": "m",
+    "millimeter": "mm",
+    "millimeters": "mm",
+    "micron": "um",
+    "microns": "um",
+    "inch": "in",
+    "inches": "in",
+    "radian": "rad",
+    "radians": "rad",
+    "rads": "rad",
+    "degree": "deg",
+    "degrees": "deg",
+    "degs": "deg",
+    "turn": "rev",
+    "turns": "rev",
+    "revs": "rev",
+    "revolution": "rev",
+    "revolutions": "rev",
+    "rad/sec": "rad/s",
+    "deg/sec": "deg/s",
+    "degs/s": "deg/s",
+    "dps": "deg/s",
+    "rps": "rev/s",
+    "turn/s": "rev/s",
+    "turns/s": "rev/s",
+    "m/sec": "m/s",
+    "mm/sec": "mm/s",
+    "r/min": "rpm",
+    "rev/min": "rpm",
+    "u/min": "rpm",
+    "1/min": "rpm",
+    "min^-1": "rpm",
+    "newton": "N",
+    "newtons": "N",
+    "amp": "A",
+    "amps": "A",
+    "ampere": "A",
+    "volt": "V",
+    "volts": "V",
+    "sec": "s",
+    "secs": "s",
+    "second": "s",
+    "seconds": "s",
+    "msec": "ms",
+    "usec": "us",
+    "nsec": "ns",
+    "milliseconds": "ms",
+    "microseconds": "us",
+    "nanoseconds": "ns",
+    "count": "counts",
+    "cts": "counts",
+    "cnt": "counts",
+    "cnts": "counts",
+    "inc": "counts",
+    "incs": "counts",
+    "increments": "counts",
+    "tick": "counts",
+    "ticks": "counts",
+    "lsb": "counts",
+    "pulses": "counts",
+    "count/s": "counts/s",
+    "cts/s": "counts/s",
+    "inc/s": "counts/s",
+    "ticks/s": "counts/s",
+}
+_RMS = {"arms", "a rms", "a_rms", "a(rms)", "aeff", "a_eff"}
+
+
 def plain(unit: str) -> str:
-    """The spelling of `UNITS` for one that a user may write: `Nm`, `N*m`, `N·m` and `N m` agree."""
+    """The spelling of `UNITS` for one that a user may write: `Nm`, `N*m`, `N·m` and `N m` agree.
+
+    A unit that is not known comes back as it is, but for blanks.
+    """
     text = unit.strip().replace("µ", "u").replace("μ", "u").replace("°", "deg")
+    if text.lower() in _SPELLINGS:
+        return _SPELLINGS[text.lower()]
     text = text.replace("·", " ").replace("*", " ").replace("-", " ")
     text = " ".join(text.split())
-    joined = {name.replace(" ", ""): name for units in UNITS.values() for name in units}
-    return text if text in joined.values() else joined.get(text.replace(" ", ""), text)
+    names = [name for units in UNITS.values() for name in units]
+    if text in names:
+        return text
+    joined = {name.replace(" ", ""): name for name in names}
+    tight = text.replace(" ", "")
+    if tight in joined:
+        return joined[tight]
+    # RPM, Deg, MM: where only one unit is spelt so but for upper and lower case.
+    alike = [name for key, name in joined.items() if key.lower() == tight.lower()]
+    return alike[0] if len(alike) == 1 else text
+
+
+def unknown_unit(word: str) -> str:
+    """What to say of a unit that is not known: its name, and those that are."""
+    shown = " ".join(word.split())[:40]
+    hint = ""
+    if shown.lower() in _RMS:
+        hint = " (of amperes RMS: unit: A, scale: 1.4142)"
+    known = ", ".join(name for units in UNITS.values() for name in units)
+    return f"unit {shown} is not known{hint}; known are {known}"
 
 
 def dimension_of(unit: str) -> str | None:

@@ -14,7 +14,7 @@ from .. import __version__
 from ..errors import InputError
 from .atomic import replacing
 from .messages import definition, type_hash
-from .signals import Recording
+from .signals import FOREIGN_SIGNALS, SIGNALS, Recording
 from .topics import TOPICS, TopicSpec
 
 PROFILE = "ros2"
@@ -226,12 +226,15 @@ def write_recording(
     *,
     topics: Sequence[TopicSpec] = TOPICS,
     overwrite: bool = False,
-) -> None:
+) -> tuple[str, ...]:
     """Write a recording's arrays. Identical input gives identical bytes.
 
     Samples follow each other in stamp order, one sample's topics in the order of `topics`. A topic
     of which no signal was measured is left out, and so is an optional joint; anything else
     unmeasured is written as NaN.
+
+    Returns:
+        Signals that were measured but that no topic carries, such as an injected force.
 
     Raises:
         InputError: as `RecordingWriter`, for a recording without samples, or one whose stamps do
@@ -263,6 +266,9 @@ def write_recording(
         columns.append(encode(topic.type, topic.frame_id, joints, recording.stamp_ns, values))
     if not written:
         raise InputError(f"{path}: nothing to write: the recording holds no measured signal")
+    carried = {signal for topic in topics for signal in topic.signals.values()}
+    held = (name for name in (*SIGNALS, *FOREIGN_SIGNALS) if recording.has(name))
+    homeless = tuple(name for name in held if name not in carried)
 
     def fill(target: Path, *, overwrite: bool) -> None:
         with RecordingWriter(target, topics=written, overwrite=overwrite) as writer:
@@ -278,7 +284,7 @@ def write_recording(
                 fill(temporary, overwrite=True)
             except InputError as error:
                 raise InputError(str(error).replace(str(temporary), str(target))) from None
-        return
+        return homeless
     try:
         fill(target, overwrite=overwrite)
     except InputError:
@@ -287,6 +293,7 @@ def write_recording(
             _clear(target)
             target.rmdir()
         raise
+    return homeless
 
 
 def _make_room(path: Path, *, overwrite: bool) -> None:
