@@ -6,7 +6,7 @@ import re
 from pathlib import Path
 
 from ecyl_ros.cli.main import VERBS
-from ecyl_ros.drive.describe import key_table
+from ecyl_ros.drive.describe import key_table, tolerance_table
 from ecyl_ros.drive.drive_file import profiles
 
 ROOT = Path(__file__).parents[2]
@@ -14,9 +14,9 @@ PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 
 
 def test_the_drive_file_page_holds_the_table_the_code_prints() -> None:
-    """Keys, units, ranges and defaults in docs/drive-file.md are those in force."""
+    """Keys, units, ranges, defaults and tolerances in docs/drive-file.md are those in force."""
     page = (ROOT / "docs" / "drive-file.md").read_text()
-    assert key_table() in page
+    assert key_table() in page and tolerance_table() in page
     for profile in profiles():
         assert f"`{profile}`" in page
 

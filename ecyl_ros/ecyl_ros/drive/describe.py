@@ -1,4 +1,4 @@
-"""The drive file's keys as a table; `python -m ecyl_ros.drive.describe` prints it."""
+"""The drive file's keys and tolerances as tables; `python -m ecyl_ros.drive.describe` prints it."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import dataclasses
 import math
 
 from .parameters import leaf_fields
+from .tolerances import CONSTANTS
 
 
 def _number(value: float) -> str:
@@ -35,5 +36,17 @@ def key_table() -> str:
     return "\n".join(rows)
 
 
+def tolerance_table() -> str:
+    """Markdown table of every constant that may be uncertain: default tolerance and its source."""
+    rows = ["| constant | default tolerance | because |", "|---|---|---|"]
+    for key, one in CONSTANTS.items():
+        rows.append(f"| `{key}` | {_share(one.relative)} | {one.source} |")
+    return "\n".join(rows)
+
+
+def _share(relative: float) -> str:
+    return "exact" if relative == 0.0 else f"{100.0 * relative:g} %"
+
+
 if __name__ == "__main__":
-    print(key_table())
+    print(key_table(), tolerance_table(), sep="\n\n")

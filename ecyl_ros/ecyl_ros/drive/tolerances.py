@@ -122,20 +122,17 @@ def half_widths(nominal: Mapping[str, float], stated: Stated) -> dict[str, float
         nominal: {constant: value}.
         stated: as `stated_tolerances` gives it.
     """
-    return {
-        key: _half_width(value, stated.get(key, stated.get(ALL)), CONSTANTS[key])
-        for key, value in nominal.items()
-    }
-
-
-def _half_width(nominal: float, stated: float | str | None, default: Default) -> float:
-    if stated == EXACT:
-        return 0.0
-    if stated is None:
-        return default.relative * abs(nominal)
-    if isinstance(stated, str):
-        return float(stated.split()[0])
-    return stated * abs(nominal)
+    found = {}
+    for key, value in nominal.items():
+        default = CONSTANTS[key].relative
+        said = stated.get(key, stated.get(ALL) if default > 0.0 else None)
+        if said == EXACT:
+            found[key] = 0.0
+        elif isinstance(said, str):
+            found[key] = float(said.split()[0])
+        else:
+            found[key] = (default if said is None else said) * abs(value)
+    return found
 
 
 def constants_of(drive: Any) -> dict[str, float]:
