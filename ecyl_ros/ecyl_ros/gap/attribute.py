@@ -30,6 +30,7 @@ from .joint import joined, resized
 from .replay import FloatArray
 from .ringing import Ringing
 from .stages import MEDIUM
+from .strain import effect_of, strains
 
 AT_FLOOR = 1.14  # times a perfect model's misfit: a model this close needs no further effect
 _WORTH = 0.6  # a further effect must bring the square of the misfit's surplus below this share ...
@@ -40,6 +41,7 @@ _STARTS = 6  # of one effect alone
 _STARTS_IN_SETS = 2
 _KEPT_SINGLES = 9
 _POLISHED_SINGLES = 2
+_SETTLING = 3  # polishes at the most
 _POLISHING = 5  # derivatives at the most in each stage; a fit that has ended takes fewer
 _FIRSTS = 2  # single effects that sets are built upon
 _KEPT_SETS = 6
@@ -53,8 +55,9 @@ _MOST_EFFECTS = 3
 _SHAKEN_LOOSE = 0.8  # times the least cost of a silent replay
 EXCUSED = 0.75  # of the gap must be gone before noise round the loop may excuse the rest
 _SHEET_STEPS = 5  # derivatives of the sheet alone at the most, in each stage
-_PULLED_OUT = 1.0  # tolerances from which a constant's own effect begins where it was pulled to
-_STRAINED = 1.75  # tolerances: a constant further off may be a cause; one of 2000 sound ones is
+# The square of a normal variable by chance: 1 of 20 sound constants saves more than the first, 1 of
+# 2000 more than the second, and may be a cause.
+_PULLED_OUT, _STRAINED = 4.0, 12.0
 _STRIDE = 5  # responses are added up on every fifth sample
 
 Job = TypeVar("Job")
@@ -139,9 +142,6 @@ class _Competition:
         for name in names:
             if name in base.values:
                 continue
-            found = self._out_of_sheet(base, name)
-            if found is not None:
-                jobs.append((name, found, False))
             for rank, start in enumerate(CATALOGUE[name].starts(evidence)[:most]):
                 if _possible(name, start):
                     jobs.append((name, dict(start), rank == 0))
@@ -157,17 +157,24 @@ class _Competition:
                 return self._in_phase(base, name, fit, all_round=first)
             return fit
 
-        return self.map(begin, jobs)
+        return self._out_of_sheet(base, names) + self.map(begin, jobs)
 
-    def _out_of_sheet(self, base: Fit, name: str) -> dict[str, float] | None:
-        """The effect with the value that `base` has pulled its constant to, if far."""
-        sheet, effect = self.fitter.sheet, CATALOGUE[name]
-        row = sheet.index(effect.constant)
-        if row is None or abs(base.pulls[row]) < _PULLED_OUT:
-            return None
-        drive = self.fitter.replay.drive
-        off = float(sheet.values(base.pulls)[row] - sheet.nominal[row])
-        return {effect.parameters[0].name: effect.neutral(drive) + off}
+    def _out_of_sheet(self, base: Fit, names: Iterable[str]) -> list[Fit]:
+        """`base` with the effect of a strained constant, where all go once that one is free."""
+        sheet, drive = self.fitter.sheet, self.fitter.replay.drive
+        found = []
+        for one in strains(base, self.fitter):
+            name = effect_of(one.row, self.fitter)
+            if one.saved < _PULLED_OUT or name is None or name not in names or name in base.values:
+                continue
+            effect = CATALOGUE[name]
+            away = sheet.at_nominal
+            away[one.row] = one.pull
+            off = float(sheet.values(away)[one.row] - sheet.nominal[one.row])
+            value = {effect.parameters[0].name: effect.neutral(drive) + off}
+            if _possible(name, value):
+                found.append(self.fitter.evaluate({**one.values, name: value}, one.pulls))
+        return found
 
     def _in_phase(self, base: Fit, name: str, fit: Fit, *, all_round: bool) -> Fit:
         """A periodic effect with the size and phase that its response in quadrature suggests."""
@@ -416,7 +423,7 @@ def _simplified(run: _Competition, best: Fit) -> Fit:
 
 def at_noise(fitter: Fitter, fit: Fit) -> bool:
     """Whether noise and a sound sheet account for what the fit leaves: no effect is needed."""
-    if np.any(np.abs(fit.pulls) > _STRAINED):
+    if any(one.saved > _STRAINED and effect_of(one.row, fitter) for one in strains(fit, fitter)):
         return False
     left = misfit(fit.judged)
     if left <= AT_FLOOR * fitter.perfect:
@@ -463,11 +470,11 @@ def _compete(run: _Competition) -> Competition:
     winner = run.null
     rivals: list[Fit] = []
     pool = list(singles)
-    best = _simplified(run, singles[0]) if singles else run.null
+    best = _settled(run, _simplified(run, singles[0])) if singles else run.null
     if singles and earns(fitter, best, run.null):
         winner = best
         rivals = [one for one in singles if one.names != best.names]
-    firsts = singles[:_FIRSTS]
+    firsts = [best, *(one for one in singles if one.names != best.names)][:_FIRSTS]
     size = 2
     while not at_noise(fitter, best) and size <= _MOST_EFFECTS and firsts:
         sets, promised = run.sets_upon(firsts)
@@ -487,12 +494,12 @@ def _compete(run: _Competition) -> Competition:
         fitted = run.best_of(sets, promised)
         report(f"sets of {size}", 0.65 + 0.1 * (size - 1))
         pool += fitted
-        best = _simplified(run, fitted[0])
+        best = _settled(run, _simplified(run, fitted[0]))
         if not earns(fitter, best, winner):
             break
         winner = best
         rivals = [one for one in fitted if set(one.names) != set(best.names)]
-        firsts = fitted[:2]
+        firsts = [best, *(one for one in fitted if one.names != best.names)][:_FIRSTS]
         size += 1
     winner, without = _pruned(run, _settled(run, winner), pool)
     rivals.sort(key=lambda one: one.judged)
@@ -518,7 +525,7 @@ def _shaken_loose(run: _Competition) -> bool:
 
 def _settled(run: _Competition, winner: Fit) -> Fit:
     """The winner fitted until it no longer moves."""
-    for _ in range(3 if winner.names else 0):
+    for _ in range(_SETTLING if winner.names else 0):
         better = run.fitter.polish(winner, _POLISHING)
         run.replays += better.replays
         gain = winner.fitted - better.fitted

@@ -22,7 +22,7 @@ from ..effects.catalogue import CATALOGUE
 from ..effects.effect import Quantity
 from .replay import BoolArray, FloatArray, Replay
 from .sheet import Sheet
-from .stages import COARSE, FINE, MEDIUM, Stage
+from .stages import COARSE, EXACT, FINE, MEDIUM, Stage
 
 Values = dict[str, dict[str, float]]  # {effect: {parameter: value}}
 
@@ -276,10 +276,12 @@ class Fitter:
         """
         shaped = self._shape(start)
         replays, best = shaped.replays, shaped
-        free = self.sheet.free(start.values).any()
-        far = free and shaped.fitted > _NEAR_FLOOR * self.perfect**2
-        for stage in (COARSE, MEDIUM, FINE) if far else (MEDIUM, FINE):
-            least = _CONVERGED if stage is FINE else _ON_THE_WAY
+        stages = [MEDIUM, FINE]
+        if self.sheet.free(start.values).any():
+            far = shaped.fitted > _NEAR_FLOOR * self.perfect**2
+            stages = [*([COARSE] if far else []), *stages, EXACT]
+        for stage in stages:
+            least = _CONVERGED if stage is stages[-1] else _ON_THE_WAY
             best = self.fit(best, steps=steps, nuisances=True, stage=stage, least=least)
             replays += best.replays
         return dataclasses.replace(best, replays=replays)
@@ -287,7 +289,7 @@ class Fitter:
     def alone(self, steps: int, side_by_side: Map) -> Fit:
         """The sheet alone: the nominal model with its constants fitted, from coarse to fine."""
         best, slopes = self.nominal, {}
-        for stage in (COARSE, MEDIUM, FINE):
+        for stage in (COARSE, MEDIUM, FINE, EXACT):
             best = self.fit(best, steps=steps, stage=stage, side_by_side=side_by_side)
             slopes |= best.slopes
         return dataclasses.replace(best, slopes=slopes) if slopes else best

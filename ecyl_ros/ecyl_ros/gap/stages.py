@@ -32,5 +32,8 @@ class Stage:
 
 COARSE = Stage(0.15, 0.3, wide=1e3, blur_s=0.01)
 MEDIUM = Stage(0.02, 0.1, wide=5.0, blur_s=0.003)
-# Both ways, to tell what can nearly be exchanged for what: a torque constant for all inertias.
-FINE = Stage(2e-3, 0.01, central=True)
+FINE = Stage(2e-3, 0.02)
+# What can be exchanged for one another to the last digit (a torque constant, and all inertias and
+# frictions) must come out as that, or a derivative's own error would tell between them: rows at an
+# impact bend within hundredths of a tolerance.
+EXACT = Stage(2e-5, 1e-4, central=True)
