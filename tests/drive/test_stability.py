@@ -97,7 +97,7 @@ def test_linearisation_matches_the_compiled_loop() -> None:
         base[[0, 1, 3, 5]] = twist, 0.1, 0.1, 0.2
 
         def tick(plant: np.ndarray, cascade: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-            plant, cascade = plant.copy(), (cascade[0].copy(), None)
+            plant, cascade = plant.copy(), (cascade[0].copy(), *cascade[1:])
             measured, voltage = np.zeros(len(MEASURED)), np.zeros(2)
             measure(plant, 0, p, measured)
             cascade_step(cascade, 0.0, 0.0, measured, p, voltage)
