@@ -68,8 +68,9 @@ def noise_floor(drive: DriveParameters) -> dict[str, float]:
     """
     sensors, control = drive.sensors, drive.controller
     encoder, scale = _resolution(drive) / math.sqrt(12.0)
-    direct = control.structure == "position_to_current"
-    gain = control.position.kd if direct else control.speed.kp
+    gain = control.speed.kp
+    if control.structure == "position_to_current":
+        gain = control.position.kd * (control.position.kp if control.form == "series" else 1.0)
     speed = gain * speed_feedback_noise(drive)
     floor = {
         "rotor_position_rad": math.hypot(sensors.rotor_position_noise, encoder),
