@@ -338,7 +338,7 @@ EXAMPLES: dict[str, Example] = {
         {"gain_a_s2_per_rad": 2e-3},
         STOPS,
         (0.0, 0.8),
-        ("lag", "current_gap"),
+        ("current", "current_gap"),
         ("current", "acceleration"),
     ),
     "command_filter": Example(
