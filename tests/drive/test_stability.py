@@ -172,5 +172,7 @@ def test_a_filter_in_the_loop_is_refused_where_it_runs_away(key: str) -> None:
     while high / low > 1.01:
         middle = (low * high) ** 0.5
         low, high = (middle, high) if is_stable(_with(drive, **{key: middle})) else (low, middle)
+    with pytest.raises(InputError, match="expected shorter filters"):
+        check_stability(_with(drive, **{key: 0.3}), "f")
     assert _runs_away(_with(drive, **{key: 1.5 * high}))
     assert not _runs_away(_with(drive, **{key: 0.7 * low}))

@@ -155,6 +155,12 @@ def smallest_stable_rate(drive: DriveParameters) -> float | None:
     return high
 
 
+def _filtered(drive: DriveParameters) -> bool:
+    """Whether a filter stands in the loop."""
+    p = pack(drive)[0]
+    return bool(p["speed_kept"] > 0.0 or p["current_command_kept"] > 0.0)
+
+
 def check_stability(drive: DriveParameters, source: str) -> None:
     """Raise InputError naming the smallest stable rate if the sampled loop is unstable."""
     if is_stable(drive):
@@ -163,8 +169,9 @@ def check_stability(drive: DriveParameters, source: str) -> None:
     least = smallest_stable_rate(drive)
     start = f"{source}: controller.rate = {controller.rate:g} Hz: the sampled loop is unstable"
     if least is None:
+        filters = "shorter filters, " if _filtered(drive) else ""
         raise InputError(
-            f"{start} and no rate makes it stable; expected other gains or "
+            f"{start} and no rate makes it stable; expected {filters}other gains or "
             f"another controller.feedback than {controller.feedback}"
         )
     delay = f" with delay_ticks = {controller.delay_ticks}" if controller.delay_ticks else ""
