@@ -34,7 +34,13 @@ class Run:
         return self.evidence.drive
 
 
+def _lag(run: Run) -> FloatArray:
+    wanted = run.recording.reference_position_m / run.drive.transmission.rod_per_rotor
+    return (wanted - run.recording.rotor_position_rad) * 1e3
+
+
 TRACES = {
+    "lag": ("rotor behind the reference / mrad", _lag),
     "current": ("current i_q / A", lambda run: run.recording.current_q_a),
     "voltage": ("voltage u_q / V", lambda run: run.recording.voltage_q_v),
     "parting": (
@@ -73,6 +79,11 @@ def _against_motion(run: Run) -> FloatArray:
 
 
 LEFT = {
+    "lag": ("rotor behind the reference / mrad", _lag),
+    "speed": (
+        "speed off the model / (rad/s)",
+        lambda run: run.evidence.rotor_speed_error_rad_s,
+    ),
     "torque": ("torque not in the model / N m", lambda run: run.evidence.torque_nm),
     "drag": ("drag not in the model / N m", _against_motion),
     "voltage": ("voltage not in the model / V", lambda run: run.voltage_v),

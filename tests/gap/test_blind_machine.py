@@ -10,7 +10,8 @@ import pytest
 
 from ecyl_ros.drive.drive_file import load_drive
 from ecyl_ros.drive.engine import VOLTAGE, simulate
-from ecyl_ros.drive.parameters import SensorParameters
+from ecyl_ros.drive.parameters import Gains, PositionGains, SensorParameters
+from ecyl_ros.effects.catalogue import CATALOGUE as TWINS
 from ecyl_ros.gap.blind.cases import EFFECTS, Stage
 from ecyl_ros.gap.blind.excitation import draw_reference
 from ecyl_ros.gap.blind.imposed import Draw
@@ -324,6 +325,61 @@ def test_the_catalogue_is_the_contracts() -> None:
     assert {name: effect.block for name, effect in INSIDE.items()} == CATALOGUE
     assert len(OUTSIDE) >= 10
     assert all(name.startswith("x_") for name in OUTSIDE)
+
+
+CONTROLLER = [name for name, one in OUTSIDE.items() if one.block == "controller"]
+
+
+def _against_engine(machine, drive, effects=None):
+    """Largest rms difference to the project's engine over the signals, in noise floors."""
+    reference = draw_reference(np.random.default_rng(5), 4.0, TICK_S, 26.0 * PER_ROTOR)
+    run = run_machine(machine, PLAIN, drive, reference)
+    quiet = dataclasses.replace(drive, sensors=SensorParameters(), effects=effects or {})
+    position = np.append(reference[0][::10], reference[0][-1])
+    velocity = np.append(reference[1][::10], 0.0)
+    model = simulate(quiet, lambda index: (position[index], velocity[index]), 4.0)
+    floor = noise_floor(DRIVE)
+    return max(
+        _rms(values - (model.samples[:, VOLTAGE + 1] if "volt" in name else model.signal(name)))
+        / floor[name]
+        for name, values in run.signals.items()
+    )
+
+
+@pytest.mark.parametrize("name", CONTROLLER)
+def test_a_wrong_controller_is_the_engines_own_of_that_name(name) -> None:
+    """Drawn at random, each comes within half a noise floor of the engine with the twin at the
+    same value, and the nominal engine stays floors away."""
+    draw = Draw(np.random.default_rng(3), DRIVE, Stage.of(3, DRIVE).scale)
+    values = OUTSIDE[name].draw(draw)
+    (value,) = values.values()
+    twin = OUTSIDE[name].twin
+    (parameter,) = TWINS[twin].parameters
+    machine = _machine({name: values})
+    assert _against_engine(machine, DRIVE, {twin: {parameter.name: value}}) < 0.5
+    assert _against_engine(machine, DRIVE) > 1.5
+
+
+def test_a_nominal_controller_with_every_extra_is_the_engines() -> None:
+    """No speed loop, derivative, differences, filters, acceleration feedforward: all of them from
+    the drive file, within a third of the noise floor of the engine. Without clearance: impacts
+    would magnify what the two integrators differ by."""
+    control = dataclasses.replace(
+        DRIVE.controller,
+        structure="position_to_current",
+        position=PositionGains(kp=32.0, ki=100.0, kd=0.8),
+        speed=Gains(kp=0.0),
+        speed_source="differences",
+        setpoint_filter=4e-3,
+        speed_filter=3e-4,
+        current_command_filter=2e-4,
+        acceleration_feedforward=2e-3,
+    )
+    transmission = dataclasses.replace(DRIVE.transmission, backlash=0.0)
+    drive = dataclasses.replace(DRIVE, controller=control, transmission=transmission)
+    assert _against_engine(nominal_physics(drive), drive) < 0.33
+    plain = dataclasses.replace(drive, controller=DRIVE.controller)
+    assert _against_engine(nominal_physics(plain), drive) > 10.0
 
 
 @pytest.mark.slow

@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import pytest
 from sheets import exact
 
+from ecyl_ros.drive.engine import simulate
+from ecyl_ros.drive.parameters import Gains, PositionGains
+from ecyl_ros.drive.reference.spec import make_reference
+from ecyl_ros.drive.telemetry import simulation_recording
 from ecyl_ros.effects.effect import BLOCKS
 from ecyl_ros.gap.blind.cases import Case, record_case
-from ecyl_ros.gap.block import possible_blocks
+from ecyl_ros.gap.block import _CONTROLLER, possible_blocks
 from ecyl_ros.gap.locate import by_port
 from ecyl_ros.gap.replay import Replay
 
@@ -38,6 +44,48 @@ def test_port_checks_leave_the_true_block(effects, block) -> None:
     possible = set(possible_blocks(by_port(replay)))
     assert block <= possible
     assert len(possible) <= 3 < len(BLOCKS)
+
+
+MOVES = "moves:positions=0.02;-0.01;0.012;0,speed=0.05,acceleration=1,jerk=50,dwell=0.2"
+CONTROLLERS = {
+    "velocity feedforward": {"velocity_feedforward": 1.0},
+    "acceleration feedforward": {
+        "velocity_feedforward": 1.0,
+        "acceleration_feedforward": 3e-3,
+        "setpoint_filter": 2e-3,
+    },
+    "setpoint filter": {"setpoint_filter": 5e-3},
+    "speed filter": {"speed_filter": 8e-4},
+    "current command filter": {"current_command_filter": 6e-4},
+    "differences": {"speed_source": "differences", "speed_filter": 1e-3},
+    "derivative": {"position": PositionGains(kp=40.0, kd=0.1)},
+    "no speed loop": {
+        "structure": "position_to_current",
+        "position": PositionGains(kp=32.0, ki=100.0, kd=0.8),
+        "speed": Gains(kp=0.0),
+    },
+}
+
+
+@pytest.mark.parametrize("kind", CONTROLLERS)
+def test_the_controllers_own_equation_holds_for_the_controller_that_it_is(kind) -> None:
+    """A controller with filters, feedforward or no speed loop passes its port check where the
+    nominal model has the same, and fails it where the nominal model is the plain cascade."""
+    plain = exact("bench")
+    control = dataclasses.replace(plain.controller, **CONTROLLERS[kind])
+    drive = dataclasses.replace(plain, controller=control)
+    reference = make_reference(MOVES, drive, 6.0)
+    noisy = dataclasses.replace(drive, sensors=dataclasses.replace(drive.sensors, noise_seed=5))
+    run = simulate(noisy, lambda index: reference.sample(index / drive.sample_rate), 6.0)
+    recording = simulation_recording(run, drive)
+
+    def off(nominal) -> float:
+        found = {one.block: one for one in by_port(Replay(recording, nominal, "recording"))}
+        return found["controller"].typical_ratio
+
+    own, other = off(drive), off(plain)
+    assert own < _CONTROLLER
+    assert other > max(_CONTROLLER, 1.5 * own)
 
 
 def test_without_electrical_signals_nothing_is_ruled_out() -> None:

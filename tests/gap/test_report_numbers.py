@@ -72,6 +72,10 @@ def test_every_effect_has_words_and_units() -> None:
         for one in effect.parameters:
             label = q.parameter_label(one.name)
             assert label and not label.endswith((" nm", " rad", " m", " hz", " kg m2")), one.name
+    assert q.parameter_label("kp_a_s_per_rad") == "proportional gain"
+    assert {q.parameter_label(f"ki_{unit}") for unit in ("per_s2", "a_per_rad", "v_per_a_s")} == {
+        "integral gain"
+    }
     assert words.with_article("actuation_delay") == "an actuation delay"
     assert words.with_article("cogging_torque") == "cogging torque"
     assert words.title("rotor_coulomb_friction").startswith("Coulomb")

@@ -131,6 +131,8 @@ def test_gains_change_live_and_unstable_ones_are_refused(listener, tmp_path: Pat
         assert not refused.successful and "start" in refused.reason
         refused = change("motor.resistance", 1.0)
         assert not refused.successful and "start" in refused.reason
+        refused = change("controller.setpoint_filter", 5e-3)  # there was none at the start
+        assert not refused.successful and "began without filter" in refused.reason
         refused = change("controller.position.kp", -1.0)
         assert not refused.successful and "controller.position.kp" in refused.reason
     finally:

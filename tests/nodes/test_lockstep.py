@@ -28,6 +28,35 @@ VARIANTS = {
     "odd rate": ("bench", {"controller.rate": 7777.0}),
     "telemetry at every tick": ("bench", {"telemetry_rate": 10000.0}),
     "paper": ("paper", {}),
+    "filters and feedforward": (
+        "bench",
+        {
+            "controller.setpoint_filter": 4e-3,
+            "controller.speed_source": "differences",
+            "controller.speed_filter": 5e-4,
+            "controller.current_command_filter": 2e-4,
+            "controller.velocity_feedforward": 0.6,
+            "controller.acceleration_feedforward": 2e-3,
+        },
+    ),
+    "no speed loop": (
+        "bench",
+        {
+            "controller.structure": "position_to_current",
+            "controller.position.kp": 32.0,
+            "controller.position.ki": 100.0,
+            "controller.position.kd": 0.8,
+            "controller.speed.kp": 0.0,
+            "controller.speed.ki": 0.0,
+        },
+    ),
+    "effects of the controller": (
+        "bench",
+        {
+            "effects.command_filter.time_constant_s": 4e-3,
+            "effects.speed_gain_error.kp_a_s_per_rad": 0.6,
+        },
+    ),
 }
 
 

@@ -20,7 +20,7 @@ import yaml
 from ..effects.catalogue import CATALOGUE
 from ..errors import InputError
 from .packed import MAX_SEGMENTS
-from .parameters import GROUPS, DriveParameters, Gains, check_relations, leaf_fields
+from .parameters import GROUPS, LOOPS, DriveParameters, check_relations, leaf_fields
 from .tolerances import CONSTANTS, stated_tolerances
 
 # Parameters of the nodes themselves (see nodes/), which a drive file may hold beside the drive's.
@@ -189,12 +189,13 @@ def drive_from_flat(flat: Mapping[str, Any], source: str) -> DriveParameters:
                 if key in values:
                     arguments[item.name] = values[key]
             else:
+                loop = LOOPS[item.name]
                 gains = {
                     g.name: values[f"{key}.{g.name}"]
-                    for g in dataclasses.fields(Gains)
+                    for g in dataclasses.fields(loop)
                     if f"{key}.{g.name}" in values
                 }
-                arguments[item.name] = Gains(**gains)
+                arguments[item.name] = loop(**gains)
         groups[name] = kind(**arguments)
     top = {key: value for key, value in values.items() if "." not in key}
     units = {key: leaves[key].metadata["unit"] for key in CONSTANTS}

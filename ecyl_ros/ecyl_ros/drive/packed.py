@@ -14,6 +14,7 @@ import numpy as np
 
 from ..effects.catalogue import CATALOGUE, MODULES
 from ..effects.ports import ARGUMENTS, AT_PORTS, IN_PLANT
+from .filters import kept_share
 from .friction import BREAKAWAY_RAD, BRISTLE_DAMPING_S
 from .parameters import DriveParameters
 
@@ -47,8 +48,15 @@ PACKED = np.dtype(
         ("believed_rotor_per_rod", "f8"),  # rad/m, what the controller reckons with
         ("believed_inductance", "f8"),
         ("velocity_feedforward", "f8"),
+        ("acceleration_feedforward", "f8"),
+        ("position_to_current", "i8"),  # no speed loop
+        ("speed_by_differences", "i8"),
+        ("setpoint_kept", "f8"),  # shares that filters keep each tick, see filters
+        ("current_command_kept", "f8"),
+        ("speed_kept", "f8"),
         ("position_kp", "f8"),
         ("position_ki", "f8"),
+        ("position_kd", "f8"),
         ("speed_kp", "f8"),
         ("speed_ki", "f8"),
         ("current_kp", "f8"),
@@ -146,6 +154,12 @@ def pack(
         "believed_rotor_per_rod": 1.0 / believed.transmission.rod_per_rotor,
         "believed_inductance": believed.motor.inductance,
         "velocity_feedforward": controller.velocity_feedforward,
+        "acceleration_feedforward": controller.acceleration_feedforward,
+        "position_to_current": controller.structure == "position_to_current",
+        "speed_by_differences": controller.speed_source == "differences",
+        "setpoint_kept": kept_share(controller.setpoint_filter, controller.rate),
+        "current_command_kept": kept_share(controller.current_command_filter, controller.rate),
+        "speed_kept": kept_share(controller.speed_filter, controller.rate),
         "speed_limit": controller.speed_limit,
         "current_limit": controller.current_limit,
         "voltage_limit": controller.voltage_limit,
@@ -166,6 +180,8 @@ def pack(
         values[f"{loop}_kp"] = gains.kp
         # Equation (6) is the series form Kp Ki / s + Kp; the parallel form is kp + ki / s.
         values[f"{loop}_ki"] = gains.kp * gains.ki if controller.form == "series" else gains.ki
+    position = controller.position
+    values["position_kd"] = position.kd * (position.kp if controller.form == "series" else 1.0)
     for name, value in values.items():
         record[name] = value
 

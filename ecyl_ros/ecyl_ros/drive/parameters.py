@@ -78,13 +78,34 @@ class Gains:
 
 
 @dataclass(frozen=True, kw_only=True)
+class PositionGains(Gains):
+    """The position loop's gains. With kd: ... + kd s, in the series form ... + kp kd s."""
+
+    kd: float = _quantity(
+        "loop unit s", 0.0, 1e6, "derivative gain, on reference velocity less speed feedback", 0.0
+    )
+
+
+# The class behind each loop's gains.
+LOOPS: dict[str, type[Gains]] = {"position": PositionGains, "speed": Gains, "current": Gains}
+
+
+@dataclass(frozen=True, kw_only=True)
 class ControllerParameters:
     """The cascade and how it is sampled."""
 
     rate: float = _quantity("Hz", 1.0, 1e6, "control rate")
-    position: Gains
+    position: PositionGains
     speed: Gains
     current: Gains
+    structure: str = field(
+        default="cascade",
+        metadata={
+            "choices": ("cascade", "position_to_current"),
+            "meaning": "with position_to_current there is no speed loop (its gains must be 0): the "
+            "position loop asks for the current, kp in A/rad, ki in A/(rad s), kd in A s/rad",
+        },
+    )
     feedback: str = field(
         default="rotor",
         metadata={"choices": ("rotor", "rod"), "meaning": "where the position loop closes"},
@@ -95,6 +116,25 @@ class ControllerParameters:
     )
     delay_ticks: int = _quantity("ticks", 0, 64, "from sampling to the inverter", 0)
     velocity_feedforward: float = _quantity("1", 0.0, 2.0, "share of the reference velocity", 0.0)
+    acceleration_feedforward: float = _quantity(
+        "A s^2/rad", 0.0, 1e3, "current asked for per rad/s^2 of the reference, at the rotor", 0.0
+    )
+    setpoint_filter: float = _quantity(
+        "s", 0.0, 10.0, "low-pass on the reference before the position loop; 0: none", 0.0
+    )
+    current_command_filter: float = _quantity(
+        "s", 0.0, 1.0, "low-pass on the current asked for; 0: none", 0.0
+    )
+    speed_source: str = field(
+        default="measured",
+        metadata={
+            "choices": ("measured", "differences"),
+            "meaning": "speed feedback: the speed reading, or the encoder's steps over a tick",
+        },
+    )
+    speed_filter: float = _quantity(
+        "s", 0.0, 1.0, "low-pass on the speed feedback, whatever its source; 0: none", 0.0
+    )
     speed_limit: float = _quantity(
         "rad/s", 0.0, math.inf, "largest rotor speed asked for", math.inf, open_low=True
     )
@@ -188,6 +228,25 @@ def check_relations(drive: DriveParameters, source: str) -> None:
             f"{source}: limits.stroke_min = {limits.stroke_min:g} m, expected less than "
             f"limits.stroke_max = {limits.stroke_max:g} m"
         )
+    _check_structure(drive.controller, source)
+
+
+def _check_structure(controller: ControllerParameters, source: str) -> None:
+    """Refuse values of a speed loop that is not there."""
+    if controller.structure == "cascade":
+        return
+    for key, value, wanted in (
+        ("speed.kp", controller.speed.kp, 0.0),
+        ("speed.ki", controller.speed.ki, 0.0),
+        ("velocity_feedforward", controller.velocity_feedforward, 0.0),
+        ("speed_limit", controller.speed_limit, math.inf),
+    ):
+        if value != wanted:
+            expected = "none" if wanted else "0"
+            raise InputError(
+                f"{source}: controller.{key} = {value:g}, expected {expected}: with "
+                f"controller.structure {controller.structure} there is no speed loop"
+            )
 
 
 def leaf_fields() -> dict[str, Any]:
@@ -198,6 +257,7 @@ def leaf_fields() -> dict[str, Any]:
             if item.metadata:
                 leaves[f"{group}.{item.name}"] = item
             else:  # a PI loop
-                leaves |= {f"{group}.{item.name}.{gain.name}": gain for gain in fields(Gains)}
+                gains = fields(LOOPS[item.name])
+                leaves |= {f"{group}.{item.name}.{gain.name}": gain for gain in gains}
     leaves |= {item.name: item for item in fields(DriveParameters) if item.metadata}
     return leaves

@@ -52,7 +52,9 @@ def _plant_matrices(p: np.record, stiffness: float) -> tuple[np.ndarray, np.ndar
 def closed_loop_matrix(drive: DriveParameters, stiffness: float) -> np.ndarray:
     """One-tick map of the closed loop with the transmission at `stiffness` N m/rad (0: free).
 
-    States: plant, then integrals of position, speed and current loop, then the delayed voltages.
+    States: plant, then integrals of position, speed and current loop, then the delayed voltages,
+    then what the cascade remembers of the last tick as far as it is used: the encoder's angle, the
+    filtered speed, the filtered current asked for.
     """
     p = pack(drive)[0]
     a, b = _plant_matrices(p, stiffness)
@@ -61,16 +63,33 @@ def closed_loop_matrix(drive: DriveParameters, stiffness: float) -> np.ndarray:
     held[:order, :order], held[:order, order] = a, b
     step = expm(held * p["tick"])
     delay = drive.controller.delay_ticks
-    size = order + 3 + delay
-    position, speed, current = np.eye(size)[order : order + 3]  # rows that pick the integrals
-    angle, rate, amperes = np.eye(size)[[0, 1, order - 1]]
-    if p["feedback_rod"] and stiffness > 0.0:
-        angle = np.eye(size)[2]
-    speed_error = -p["position_kp"] * angle + p["position_ki"] * position - rate
-    current_error = p["speed_kp"] * speed_error + p["speed_ki"] * speed - amperes
-    voltage = p["current_kp"] * current_error + p["current_ki"] * current
-    applied = np.eye(size)[order + 3] if delay else voltage
+    used = (p["speed_by_differences"] != 0, p["speed_kept"] > 0.0, p["current_command_kept"] > 0.0)
+    size = order + 3 + delay + sum(used)
+    pick = np.eye(size)  # row k picks state k
+    position, speed, current = pick[order : order + 3]
+    angle, rate, amperes = pick[[0, 1, order - 1]]
+    last_angle, last_speed, last_current = _remembered(pick, order + 3 + delay, used)
     loop = np.zeros((size, size))
+    if used[0]:
+        rate = (angle - last_angle) / p["tick"]
+        loop += np.outer(last_angle, angle)
+    if used[1]:
+        rate = p["speed_kept"] * last_speed + (1.0 - p["speed_kept"]) * rate
+        loop += np.outer(last_speed, rate)
+    if p["feedback_rod"] and stiffness > 0.0:
+        angle = pick[2]
+    wanted = -p["position_kp"] * angle + p["position_ki"] * position - p["position_kd"] * rate
+    speed_error = np.zeros(size)
+    if not p["position_to_current"]:
+        speed_error = wanted - rate
+        wanted = p["speed_kp"] * speed_error + p["speed_ki"] * speed
+    if used[2]:
+        kept = p["current_command_kept"]
+        wanted = kept * last_current + (1.0 - kept) * wanted
+        loop += np.outer(last_current, wanted)
+    current_error = wanted - amperes
+    voltage = p["current_kp"] * current_error + p["current_ki"] * current
+    applied = pick[order + 3] if delay else voltage
     loop[:order, :order] = step[:order, :order]
     loop[:order] += np.outer(step[:order, order], applied)
     for row, (integral, error) in enumerate(
@@ -78,8 +97,17 @@ def closed_loop_matrix(drive: DriveParameters, stiffness: float) -> np.ndarray:
     ):
         loop[row] = integral + p["tick"] * error
     for slot in range(delay):  # the queue of voltages on their way
-        loop[order + 3 + slot] = np.eye(size)[order + 4 + slot] if slot + 1 < delay else voltage
+        loop[order + 3 + slot] = pick[order + 4 + slot] if slot + 1 < delay else voltage
     return loop
+
+
+def _remembered(pick: np.ndarray, first: int, used: tuple[bool, ...]) -> list[np.ndarray]:
+    """Rows that pick the remembered values from state `first` on; zeros for one not used."""
+    rows, place = [], first
+    for one in used:
+        rows.append(pick[place] if one else np.zeros(len(pick)))
+        place += bool(one)
+    return rows
 
 
 def growth_rate(drive: DriveParameters) -> float:
@@ -127,6 +155,12 @@ def smallest_stable_rate(drive: DriveParameters) -> float | None:
     return high
 
 
+def _filtered(drive: DriveParameters) -> bool:
+    """Whether a filter stands in the loop."""
+    p = pack(drive)[0]
+    return bool(p["speed_kept"] > 0.0 or p["current_command_kept"] > 0.0)
+
+
 def check_stability(drive: DriveParameters, source: str) -> None:
     """Raise InputError naming the smallest stable rate if the sampled loop is unstable."""
     if is_stable(drive):
@@ -135,8 +169,9 @@ def check_stability(drive: DriveParameters, source: str) -> None:
     least = smallest_stable_rate(drive)
     start = f"{source}: controller.rate = {controller.rate:g} Hz: the sampled loop is unstable"
     if least is None:
+        filters = "shorter filters, " if _filtered(drive) else ""
         raise InputError(
-            f"{start} and no rate makes it stable; expected other gains or "
+            f"{start} and no rate makes it stable; expected {filters}other gains or "
             f"another controller.feedback than {controller.feedback}"
         )
     delay = f" with delay_ticks = {controller.delay_ticks}" if controller.delay_ticks else ""

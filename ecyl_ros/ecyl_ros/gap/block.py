@@ -96,9 +96,11 @@ def unnamed_block(
     moved = set(possible) == {"transmission", "sensor"} or rod.ratio > _MOVED
     if at_times or (moved and "transmission" in possible):
         return "transmission"
-    # No limit holds: what is left of the controller is its timing, and a delay of any kind would
-    # take something off.
-    tried = [block for block in possible if block in best and block != "controller"]
+    # No limit holds. A controller set up otherwise breaks its own equation as a delay does; where
+    # that equation holds, what is left of it is its timing, and a delay of any kind would take
+    # something off.
+    broken = set(possible) == {"timing", "controller"}
+    tried = [block for block in possible if block in best and (broken or block != "controller")]
     if "transmission" in tried and best.get("timing", 0.0) > _NO_HELP * competition.sheet.judged:
         return "transmission"
     return min(tried, key=lambda block: best[block]) if tried else next(iter(possible), None)

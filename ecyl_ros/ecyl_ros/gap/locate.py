@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 from scipy.signal import find_peaks, savgol_filter, welch
 
 from ..drive.cascade import cascade_step, initial_cascade_state
@@ -170,8 +171,10 @@ def _controller(replay: Replay) -> PortCheck | None:
         for name, values in signals.items()
         if np.isfinite(values).all()
     }
-    reference = np.interp(ticks, replay.time_s, replay.reference_m)
-    velocity = np.gradient(reference, tick)
+    # Smooth, as the drive's own controller follows it: corners at the samples would come out of a
+    # feedforward as spikes.
+    spline = CubicSpline(replay.time_s, replay.reference_m)
+    reference, velocity = spline(ticks), spline(ticks, 1)
     params = replay.packed({})
     out = np.empty(len(ticks))
     _controller_voltage(

@@ -10,7 +10,7 @@ from rclpy.publisher import Publisher
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Header
 
-from ..drive.cascade import CascadeState, cascade_tick, initial_cascade_state
+from ..drive.cascade import CascadeState, cascade_tick, initial_cascade_state, looks_back
 from ..drive.interpolation import CUBIC
 from ..drive.packed import pack
 from ..drive.parameters import DriveParameters
@@ -206,12 +206,19 @@ class Controller(DriveNode):
 
     def on_drive_changed(self, drive: DriveParameters) -> None:
         """Take over changed gains and limits between two ticks, if the loop stays stable."""
-        fixed = ("rate", "delay_ticks")
+        fixed = ("rate", "delay_ticks", "structure", "speed_source")
         for key in fixed:
             if getattr(drive.controller, key) != getattr(self.drive.controller, key):
                 raise InputError(f"controller.{key} is read at start only")
         check_stability(drive, "node controller")
-        self._params = pack(drive)
+        params = pack(drive)
+        if looks_back(params) and self._state[2] is None:
+            # Other code would have to be compiled while the drive moves.
+            raise InputError(
+                "the cascade began without filter, acceleration feedforward or derivative gain; "
+                "expected one of them in the drive file to change them while it runs"
+            )
+        self._params = params
 
     def close(self) -> None:
         """Say what a real-time run was short of."""

@@ -14,7 +14,7 @@ from ..analysis.spectrum import Line, amplitude_spectrum, dominant_lines, line_a
 from ..analysis.tracking import TrackingAnalysis, analyse
 from ..drive.engine import simulate
 from ..drive.packed import choose_substeps
-from ..drive.parameters import DriveParameters, Gains
+from ..drive.parameters import DriveParameters, PositionGains
 from ..drive.plant import LOAD_ANGLE, initial_state
 from ..drive.reference.spec import make_reference
 from ..drive.telemetry import simulation_recording
@@ -114,7 +114,7 @@ def _open_cases(reading: Reading) -> list[Case]:
     drive, key = reading.drive, reading.key
     per_metre = drive.transmission.rod_per_rotor
     position = drive.controller.position
-    metre = Gains(kp=position.kp * per_metre, ki=position.ki * per_metre)
+    metre = PositionGains(kp=position.kp * per_metre, ki=position.ki * per_metre)
     rod = with_controller(drive, feedback="rod")
     series = with_controller(drive, form="series")
     found = [

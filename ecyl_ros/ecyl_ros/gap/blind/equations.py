@@ -198,6 +198,14 @@ def _limited(value, limit):
 
 
 @kernel
+def _smoothed(last, new, tick_s, time_constant_s):
+    """A first-order low-pass a tick later, its input held; `new` itself without one."""
+    if time_constant_s <= 0.0:
+        return new
+    return new + (last - new) * math.exp(-tick_s / time_constant_s)
+
+
+@kernel
 def _encoder(angle, speed, p):
     """What an eccentric encoder makes of an angle and a speed: (rad, rad/s)."""
     seen, rate = angle, 1.0
@@ -252,6 +260,9 @@ def run(
     y = (p.rotor_angle, p.rotor_speed, p.load_angle, p.load_speed, 0.0, p.load_angle, p.load_speed)
     bristles = (0.0, 0.0, 0.0)
     position_integral = speed_integral = current_integral = 0.0
+    # What the control code keeps for its filters and differences.
+    target, target_rate, last_rate = position[0], 0.0, velocity[0]
+    last_angle = loop_speed_seen = asked = 0.0
     count = 0
     for tick in range(ticks):
         angle, speed = _encoder(y[0], y[1], p)
@@ -270,17 +281,39 @@ def run(
             rod = _stepped(rod + noise[3], resolution[1])
             loop_rod = _stepped(loop_rod + noise[3], resolution[1])
 
+        if tick == 0:
+            last_angle, loop_speed_seen = loop_angle, loop_speed
+        if p.speed_differences > 0.0:
+            loop_speed = (loop_angle - last_angle) / tick_s
+        last_angle = loop_angle
+        loop_speed_seen = _smoothed(loop_speed_seen, loop_speed, tick_s, p.speed_filter_s)
+        loop_speed = loop_speed_seen
+        target = _smoothed(target, position[tick], tick_s, p.setpoint_filter_s)
+        target_rate = _smoothed(target_rate, velocity[tick], tick_s, p.setpoint_filter_s)
+        if tick == 0:
+            last_rate = target_rate
+        forward = p.acceleration_feedforward * (target_rate - last_rate) / tick_s
+        forward /= p.nominal_rod_per_rotor
+        last_rate = target_rate
+
         seen = loop_rod / p.nominal_rod_per_rotor if p.feedback_rod > 0.0 else loop_angle
-        error = position[tick] / p.nominal_rod_per_rotor - seen
+        error = target / p.nominal_rod_per_rotor - seen
         wanted = p.position_kp * error + p.position_ki * position_integral
-        wanted += p.velocity_feedforward * velocity[tick] / p.nominal_rod_per_rotor
-        if abs(wanted) <= p.speed_limit:
-            position_integral += tick_s * error
-        error = _limited(wanted, p.speed_limit) - loop_speed
-        wanted = p.speed_kp * error + p.speed_ki * speed_integral
-        if abs(wanted) <= p.current_limit:
-            speed_integral += tick_s * error
-        error = _limited(wanted, p.current_limit) - current
+        wanted += p.position_kd * (target_rate / p.nominal_rod_per_rotor - loop_speed)
+        if p.no_speed_loop > 0.0:
+            wanted += forward
+            if abs(wanted) <= p.current_limit:
+                position_integral += tick_s * error
+        else:
+            wanted += p.velocity_feedforward * target_rate / p.nominal_rod_per_rotor
+            if abs(wanted) <= p.speed_limit:
+                position_integral += tick_s * error
+            error = _limited(wanted, p.speed_limit) - loop_speed
+            wanted = p.speed_kp * error + p.speed_ki * speed_integral + forward
+            if abs(wanted) <= p.current_limit:
+                speed_integral += tick_s * error
+        asked = _smoothed(asked, _limited(wanted, p.current_limit), tick_s, p.current_filter_s)
+        error = asked - current
         wanted = p.current_kp * error + p.current_ki * current_integral
         if abs(wanted) <= p.voltage_limit:
             current_integral += tick_s * error

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import lfilter
 
+from ...drive.loop_noise import speed_feedback_noise
 from ...drive.parameters import DriveParameters
 from ...recording.signals import Recording
 from . import equations
@@ -67,7 +68,10 @@ def noise_floor(drive: DriveParameters) -> dict[str, float]:
     """
     sensors, control = drive.sensors, drive.controller
     encoder, scale = _resolution(drive) / math.sqrt(12.0)
-    speed = control.speed.kp * sensors.rotor_velocity_noise
+    gain = control.speed.kp
+    if control.structure == "position_to_current":
+        gain = control.position.kd * (control.position.kp if control.form == "series" else 1.0)
+    speed = gain * speed_feedback_noise(drive)
     floor = {
         "rotor_position_rad": math.hypot(sensors.rotor_position_noise, encoder),
         "rotor_velocity_rad_per_s": sensors.rotor_velocity_noise,

@@ -3,11 +3,14 @@
 A diagnosis may know some of them under a name of its own, their `twin`; it is not given that name
 where the case is to be outside its catalogue.
 
-Each differs in form from every catalogue effect and from their sums, so that something is left
-over whatever is fitted; `x_current_sensor_gain` and `x_low_supply` leave least.
+Each differs in form from every effect of the contract and from their sums, so that something is
+left over whatever is fitted; `x_current_sensor_gain` and `x_low_supply` leave least. Those of the
+controller at the end are what a drive's set-up may hide: gains, feedforwards, filters.
 """
 
 from __future__ import annotations
+
+from collections.abc import Callable
 
 import numpy as np
 
@@ -131,7 +134,109 @@ def _put_second_eccentricity(machine: Physics, values: Values, phases: np.ndarra
     machine.second_eccentricity_phase = float(phases[0])
 
 
+def _off(draw: Draw, nominal: float, low: tuple[float, float], high: tuple[float, float]) -> float:
+    """A true value whose factor to the nominal one lies in `low` or in `high`, evenly."""
+    return nominal * draw.within(*(low if draw.rng.random() < 0.5 else high))
+
+
+def _integral(draw: Draw, loop: str, scale: float) -> Values:
+    """A true integral gain, parallel form; for a loop without one a share of `scale`."""
+    gains, series = getattr(draw.drive.controller, loop), draw.drive.controller.form == "series"
+    nominal = gains.ki * (gains.kp if series else 1.0)
+    if nominal > 0.0:
+        return {"ki": _off(draw, nominal, (0.2, 0.6), (1.7, 4.0))}
+    return {"ki": scale * draw.within(0.03, 0.3)}
+
+
+def _share(draw: Draw) -> Values:
+    """A share of velocity feedforward, apart from the nominal one."""
+    nominal = draw.drive.controller.velocity_feedforward
+    share = draw.within(0.2, 1.0)
+    return {"share": share if abs(share - nominal) > 0.1 else abs(nominal - 0.5)}
+
+
+def _push(draw: Draw) -> Values:
+    """Current for acceleration, of what would move rotor and load by itself."""
+    motor, nominal = draw.drive.motor, draw.drive.controller.acceleration_feedforward
+    if nominal > 0.0:
+        return {"gain_a_s2_per_rad": _off(draw, nominal, (0.0, 0.7), (1.4, 2.0))}
+    inertia = motor.rotor_inertia + draw.drive.load.inertia
+    return {"gain_a_s2_per_rad": inertia / motor.torque_constant * draw.within(0.3, 1.2)}
+
+
+def _gain(name: str, loop: str, low: tuple[float, float], high: tuple[float, float]) -> Imposed:
+    """Another proportional gain of a loop; its integral gain stays."""
+
+    def draw(d: Draw) -> Values:
+        return {"kp": _off(d, getattr(d.drive.controller, loop).kp, low, high)}
+
+    return Imposed(
+        name, "controller", draw, _setting(f"{loop}_kp", "kp"), twin=f"{loop}_gain_error"
+    )
+
+
+def _setting(field: str, parameter: str) -> Callable[[Physics, Values, np.ndarray], None]:
+    def impose(machine: Physics, values: Values, phases: np.ndarray) -> None:
+        setattr(machine, field, values[parameter])
+
+    return impose
+
+
+def _filter(name: str, field: str, low: float, high: float) -> Imposed:
+    """A low-pass with a time constant between `low` and `high`, s."""
+
+    def draw(d: Draw) -> Values:
+        return {"time_constant_s": d.within(low, high)}
+
+    impose = _setting(field, "time_constant_s")
+    return Imposed(name, "controller", draw, impose, twin=name.removeprefix("x_"))
+
+
 _ROTOR = "motor_mechanical"
+
+_CONTROLLER = [
+    _gain("x_position_gain", "position", (0.6, 0.88), (1.12, 1.5)),
+    _gain("x_speed_gain", "speed", (0.5, 0.8), (1.25, 1.7)),
+    _gain("x_current_gain", "current", (0.4, 0.7), (1.4, 2.0)),
+    Imposed(
+        "x_position_integral",
+        "controller",
+        lambda d: _integral(d, "position", d.drive.controller.position.kp**2),
+        _setting("position_ki", "ki"),
+        twin="position_integral_error",
+    ),
+    Imposed(
+        "x_speed_integral",
+        "controller",
+        lambda d: _integral(d, "speed", 100.0 * d.drive.controller.speed.kp),
+        _setting("speed_ki", "ki"),
+        twin="speed_integral_error",
+    ),
+    Imposed(
+        "x_current_integral",
+        "controller",
+        lambda d: _integral(d, "current", 1000.0 * d.drive.controller.current.kp),
+        _setting("current_ki", "ki"),
+        twin="current_integral_error",
+    ),
+    Imposed(
+        "x_velocity_feedforward",
+        "controller",
+        _share,
+        _setting("velocity_feedforward", "share"),
+        twin="velocity_feedforward_error",
+    ),
+    Imposed(
+        "x_acceleration_feedforward",
+        "controller",
+        _push,
+        _setting("acceleration_feedforward", "gain_a_s2_per_rad"),
+        twin="acceleration_feedforward_error",
+    ),
+    _filter("x_command_filter", "setpoint_filter_s", 1e-3, 2e-2),
+    _filter("x_current_command_filter", "current_filter_s", 2e-4, 8e-4),
+    _filter("x_feedback_filter", "speed_filter_s", 2e-4, 1e-3),
+]
 
 _EFFECTS = [
     Imposed("x_local_jam", "load", _jam, _put_jam, twin="local_jam"),
@@ -240,6 +345,7 @@ _EFFECTS = [
         lambda d: {"amplitude_rad": 10.0 ** d.within(-3.0, -2.2)},
         _put_second_eccentricity,
     ),
+    *_CONTROLLER,
 ]
 
 OUTSIDE: dict[str, Imposed] = {effect.name: effect for effect in _EFFECTS}

@@ -97,8 +97,15 @@ class Physics:
     nominal_rod_per_rotor: float = 0.0  # m/rad, by which the reference becomes a rotor angle
     feedback_rod: float = 0.0
     velocity_feedforward: float = 0.0
+    acceleration_feedforward: float = 0.0  # A s^2/rad
+    setpoint_filter_s: float = 0.0  # time constants of low-passes
+    current_filter_s: float = 0.0  # on the current asked for
+    speed_filter_s: float = 0.0  # on the speed the loop sees
+    speed_differences: float = 0.0  # that speed is the encoder's step over a tick
+    no_speed_loop: float = 0.0  # the position loop asks for the current
     position_kp: float = 0.0
     position_ki: float = 0.0
+    position_kd: float = 0.0
     speed_kp: float = 0.0
     speed_ki: float = 0.0
     current_kp: float = 0.0
@@ -169,8 +176,15 @@ def nominal_physics(drive: DriveParameters) -> Physics:
         nominal_rod_per_rotor=transmission.rod_per_rotor,
         feedback_rod=float(control.feedback == "rod"),
         velocity_feedforward=control.velocity_feedforward,
+        acceleration_feedforward=control.acceleration_feedforward,
+        setpoint_filter_s=control.setpoint_filter,
+        current_filter_s=control.current_command_filter,
+        speed_filter_s=control.speed_filter,
+        speed_differences=float(control.speed_source == "differences"),
+        no_speed_loop=float(control.structure == "position_to_current"),
         position_kp=position[0],
         position_ki=position[1],
+        position_kd=control.position.kd * (position[0] if control.form == "series" else 1.0),
         speed_kp=speed[0],
         speed_ki=speed[1],
         current_kp=current[0],

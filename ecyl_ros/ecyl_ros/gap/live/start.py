@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...drive.parameters import DriveParameters
+from ...drive.parameters import DriveParameters, Gains
 from ...drive.plant import initial_state
 from ...drive.stability import closed_loop_matrix
 from ..replay import FloatArray
@@ -110,22 +110,29 @@ def _integrals(
     voltage: float,
     drive: DriveParameters,
 ) -> FloatArray:
-    """What the integrals of speed and current loop hold if the current is the one wanted."""
+    """What the integrals hold if the current is the one wanted."""
     controller = drive.controller
     series = controller.form == "series"
-    position = rod if controller.feedback == "rod" and not math.isnan(rod) else angle
-    speed_wanted = controller.position.kp * (wanted - position)
-    speed_wanted += controller.velocity_feedforward * wanted_speed
-    limit = controller.speed_limit
-    speed_wanted = min(max(speed_wanted, -limit), limit)
+
+    def parallel(gains: Gains) -> float:
+        return gains.kp * gains.ki if series else gains.ki
+
+    measured = rod if controller.feedback == "rod" and not math.isnan(rod) else angle
+    position = controller.position
+    derivative = position.kd * (position.kp if series else 1.0) * (wanted_speed - speed)
+    asked = position.kp * (wanted - measured) + derivative
     integrals = np.zeros(3)
-    gains = controller.speed
-    if gains.ki > 0.0:
-        gain = gains.kp * gains.ki if series else gains.ki
-        integrals[1] = (current - gains.kp * (speed_wanted - speed)) / gain
-    gains = controller.current
-    if gains.ki > 0.0:
-        integrals[2] = voltage / (gains.kp * gains.ki if series else gains.ki)
+    if controller.structure == "position_to_current":
+        if position.ki > 0.0:
+            integrals[0] = (current - asked) / parallel(position)
+    elif controller.speed.ki > 0.0:
+        speed_wanted = asked + controller.velocity_feedforward * wanted_speed
+        limit = controller.speed_limit
+        speed_wanted = min(max(speed_wanted, -limit), limit)
+        proportional = controller.speed.kp * (speed_wanted - speed)
+        integrals[1] = (current - proportional) / parallel(controller.speed)
+    if controller.current.ki > 0.0:
+        integrals[2] = voltage / parallel(controller.current)
     return integrals
 
 

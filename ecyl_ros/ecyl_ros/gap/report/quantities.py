@@ -33,6 +33,12 @@ _MOST_DIGITS = 5  # of a value beside its interval, unless both ends then read t
 
 # Endings of parameter names that only repeat the unit.
 _UNIT_ENDINGS = (
+    "_a_s2_per_rad",
+    "_v_per_a_s",
+    "_v_per_a",
+    "_a_per_rad",
+    "_per_s2",
+    "_per_s",
     "_nm_s_per_rad",
     "_n_s_per_m",
     "_a_s_per_rad",
@@ -62,6 +68,8 @@ _UNIT_ENDINGS = (
 )
 # What is left of these names says too little.
 _FULLER = {
+    "kp": "proportional gain",
+    "ki": "integral gain",
     "coulomb": "Coulomb torque",
     "static": "static torque",
     "stribeck": "Stribeck speed",
