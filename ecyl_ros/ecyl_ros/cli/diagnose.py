@@ -203,8 +203,11 @@ def _by_effort(
 
 def _with_notes(diagnosis: Diagnosis, recording: Recording, source: str) -> Diagnosis:
     """What was missing or cut off when the recording was read limits what could be judged."""
+    from ..recording.signs import wrong_signs
+
     notes = [note.removeprefix(f"{source}: ") for note in recording.notes]
-    return dataclasses.replace(diagnosis, notes=(*notes, *diagnosis.notes))
+    caution = "; ".join(one.text for one in wrong_signs(recording))
+    return dataclasses.replace(diagnosis, notes=(*notes, *diagnosis.notes), caution=caution)
 
 
 def _finite(data: Any) -> Any:

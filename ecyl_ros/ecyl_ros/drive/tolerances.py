@@ -96,20 +96,18 @@ def _stated(value: Any, unit: str, key: str, source: str) -> float | str:
         return EXACT
     if isinstance(value, bool) or not isinstance(value, int | float | str):
         raise problem
-    number, given = value, ""
-    if isinstance(value, str):
-        match = _TEXT.fullmatch(value)
-        try:
-            number, given = float(match[1]) if match else math.nan, match[2] if match else ""
-        except ValueError:
-            raise problem from None
+    match = _TEXT.fullmatch(str(value))
+    try:
+        number, given = (float(match[1]), match[2]) if match else (math.nan, "")
+    except ValueError:
+        raise problem from None
     if not (math.isfinite(number) and number >= 0.0):
         raise problem
     if given and given not in ("%", unit):
         raise problem
     if given and given == unit:
         return f"{number!r} {unit}"
-    number = number / 100.0 if given == "%" else float(number)
+    number = number / 100.0 if given == "%" else number
     if number > _LARGEST:
         raise problem
     return number

@@ -35,4 +35,5 @@ EFFECT = Effect(
     starts=proportional_starts("kp_v_per_a", "current"),
     modify=modify,
     neutral=proportional("current"),
+    constant="controller.current.kp",
 )

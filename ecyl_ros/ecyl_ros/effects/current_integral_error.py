@@ -35,4 +35,5 @@ EFFECT = Effect(
     starts=integral_starts("ki_v_per_a_s", "current"),
     modify=modify,
     neutral=integral("current"),
+    constant="controller.current.ki",
 )

@@ -35,4 +35,5 @@ EFFECT = Effect(
     starts=proportional_starts("kp_per_s", "position"),
     modify=modify,
     neutral=proportional("position"),
+    constant="controller.position.kp",
 )

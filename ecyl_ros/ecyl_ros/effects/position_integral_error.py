@@ -36,4 +36,5 @@ EFFECT = Effect(
     starts=integral_starts("ki_per_s2", "position"),
     modify=modify,
     neutral=integral("position"),
+    constant="controller.position.ki",
 )

@@ -35,4 +35,5 @@ EFFECT = Effect(
     starts=proportional_starts("kp_a_s_per_rad", "speed"),
     modify=modify,
     neutral=proportional("speed"),
+    constant="controller.speed.kp",
 )

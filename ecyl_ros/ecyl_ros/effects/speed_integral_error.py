@@ -35,4 +35,5 @@ EFFECT = Effect(
     starts=integral_starts("ki_a_per_rad", "speed"),
     modify=modify,
     neutral=integral("speed"),
+    constant="controller.speed.ki",
 )

@@ -212,6 +212,7 @@ class Diagnosis:
             how they follow).
         floor_is: what the floor stands for.
         stretches: of a long recording, those that were looked at, by time.
+        caution: what has to be put right before anything else holds (a signal of the wrong sign).
     """
 
     source: str
@@ -246,6 +247,7 @@ class Diagnosis:
     stretches: tuple[StretchGap, ...] = ()
     sheet: tuple[SheetValue, ...] = ()
     within_sheet: float | None = None
+    caution: str = ""
 
     @property
     def closes(self) -> bool:
@@ -359,6 +361,7 @@ class Diagnosis:
                 }
                 for one in self.stretches
             ],
+            "caution": self.caution,
             "notes": list(self.notes),
             "seconds": self.seconds,
         }

@@ -288,7 +288,8 @@ class Fitter:
 
     def alone(self, steps: int, side_by_side: Map) -> Fit:
         """The sheet alone: the nominal model with its constants fitted, from coarse to fine."""
-        best, slopes = self.nominal, {}
+        best = self.nominal
+        slopes: dict[Stage, FloatArray] = {}
         for stage in (COARSE, MEDIUM, FINE, EXACT):
             best = self.fit(best, steps=steps, stage=stage, side_by_side=side_by_side)
             slopes |= best.slopes

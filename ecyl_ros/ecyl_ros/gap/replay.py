@@ -14,12 +14,14 @@ from scipy.interpolate import CubicHermiteSpline, CubicSpline
 
 from ..drive.cascade import initial_cascade_state
 from ..drive.engine import COLUMNS, MEASUREMENT, VOLTAGE, run_ticks
+from ..drive.loop_noise import current_command_noise
 from ..drive.packed import fastest_rate, pack
 from ..drive.parameters import DriveParameters
 from ..drive.plant import MEASURED, initial_state, voltage_queue
 from ..drive.tolerances import with_constants
 from ..errors import InputError
 from ..recording.signals import Recording
+from .loop_state import loop_integrals
 from .pushed import run_pushed
 from .screen import screen
 
@@ -27,7 +29,7 @@ FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 Effects = Mapping[str, Mapping[str, float]]
 Constants = Mapping[str, float]
-_NONE: Constants = {}
+NOMINAL: Constants = {}  # no constant off its nominal value
 
 
 @dataclass(frozen=True)
@@ -93,16 +95,14 @@ def declared_noise(drive: DriveParameters) -> dict[str, float]:
     """Standard deviation of each signal's noise as the drive file states it, in its unit.
 
     The commanded voltage carries no noise of its own: its floor is what the noise of the measured
-    signals becomes on its way through the cascade's proportional gains.
+    signals becomes on its way through the cascade's proportional gains and filters.
     """
     sensors, controller = drive.sensors, drive.controller
     position = math.hypot(
         sensors.rotor_position_noise, sensors.rotor_position_resolution / math.sqrt(12.0)
     )
     rod = math.hypot(sensors.rod_position_noise, sensors.rod_position_resolution / math.sqrt(12.0))
-    fed_back = rod / drive.transmission.rod_per_rotor if controller.feedback == "rod" else position
-    speed = math.hypot(sensors.rotor_velocity_noise, controller.position.kp * fed_back)
-    current = math.hypot(sensors.current_noise, controller.speed.kp * speed)
+    current = math.hypot(sensors.current_noise, current_command_noise(drive))
     return {
         "rotor_position": position,
         "rotor_velocity": sensors.rotor_velocity_noise,
@@ -110,6 +110,19 @@ def declared_noise(drive: DriveParameters) -> dict[str, float]:
         "voltage_q": controller.current.kp * current,
         "rod_position": rod,
     }
+
+
+def _with_steps(drive: DriveParameters, recording: Recording) -> DriveParameters:
+    """The drive with the steps that the recording was quantised to, where its file states none."""
+    sensors = drive.sensors
+    rotor = recording.resolution.get("rotor_position_rad", 0.0)
+    rod = recording.resolution.get("rod_position_m", 0.0)
+    sensors = dataclasses.replace(
+        sensors,
+        rotor_position_resolution=sensors.rotor_position_resolution or rotor,
+        rod_position_resolution=sensors.rod_position_resolution or rod,
+    )
+    return dataclasses.replace(drive, sensors=sensors)
 
 
 def silent(drive: DriveParameters) -> DriveParameters:
@@ -149,6 +162,7 @@ class Replay:
         self._source = source
         self._check(recording)
         recording, notes = screen(recording, drive, source)
+        drive = _with_steps(drive, recording)
         self.recording = recording
         self.nominal = drive
         self.drive = silent(drive)
@@ -284,16 +298,13 @@ class Replay:
             return
         self.usable &= self.time_s > _SETTLING_S
         self.notes.append(f"does not begin at rest: the first {_SETTLING_S:g} s are not judged")
-        controller = drive.controller
-        error = wanted - angle
-        speed_error = controller.position.kp * error - speed
-        if controller.speed.ki > 0.0:
-            self._integrals[1] = (current - controller.speed.kp * speed_error) / controller.speed.ki
         voltage = first.get("voltage_q", math.nan)
         if math.isnan(voltage):
             voltage = drive.motor.resistance * current + drive.motor.back_emf_constant * speed
-        if controller.current.ki > 0.0:
-            self._integrals[2] = voltage / controller.current.ki
+        wanted_speed = float(self._reference[0, 1]) / ratio
+        self._integrals = loop_integrals(
+            angle, rod, speed, wanted, wanted_speed, current, voltage, drive
+        )
 
     @property
     def step_s(self) -> float:
@@ -421,7 +432,7 @@ class Replay:
         samples = self.run(effects, drive)
         return self._on_samples(samples[:, [one.column for one in self.signals]])
 
-    def simulate(self, effects: Effects, constants: Constants = _NONE) -> FloatArray:
+    def simulate(self, effects: Effects, constants: Constants = NOMINAL) -> FloatArray:
         """What the model gives at the recording's stamps: float64[signals, n].
 
         constants: {key of the drive file: value} in place of the nominal ones.
@@ -431,7 +442,7 @@ class Replay:
         drive, alone = self._shaking
         return self._columns(effects, with_constants(drive, constants)) - alone
 
-    def gap(self, effects: Effects, constants: Constants = _NONE) -> FloatArray:
+    def gap(self, effects: Effects, constants: Constants = NOMINAL) -> FloatArray:
         """Recorded less simulated over the noise floor, float64[signals, n]; 0 where not usable."""
         return self.gap_of(self.simulate(effects, constants))
 

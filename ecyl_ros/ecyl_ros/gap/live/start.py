@@ -8,9 +8,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...drive.parameters import DriveParameters, Gains
+from ...drive.parameters import DriveParameters
 from ...drive.plant import initial_state
 from ...drive.stability import closed_loop_matrix
+from ..loop_state import loop_integrals
 from ..replay import FloatArray
 
 _NEAR = 10.0  # noise standard deviations within which the rod is where it is wanted
@@ -94,46 +95,10 @@ def state_from(
     )
     return State(
         plant,
-        _integrals(angle, rod, speed, wanted, wanted_speed, current, float(voltage[1]), drive),
+        loop_integrals(angle, rod, speed, wanted, wanted_speed, current, float(voltage[1]), drive),
         voltage,
         False,
     )
-
-
-def _integrals(
-    angle: float,
-    rod: float,
-    speed: float,
-    wanted: float,
-    wanted_speed: float,
-    current: float,
-    voltage: float,
-    drive: DriveParameters,
-) -> FloatArray:
-    """What the integrals hold if the current is the one wanted."""
-    controller = drive.controller
-    series = controller.form == "series"
-
-    def parallel(gains: Gains) -> float:
-        return gains.kp * gains.ki if series else gains.ki
-
-    measured = rod if controller.feedback == "rod" and not math.isnan(rod) else angle
-    position = controller.position
-    derivative = position.kd * (position.kp if series else 1.0) * (wanted_speed - speed)
-    asked = position.kp * (wanted - measured) + derivative
-    integrals = np.zeros(3)
-    if controller.structure == "position_to_current":
-        if position.ki > 0.0:
-            integrals[0] = (current - asked) / parallel(position)
-    elif controller.speed.ki > 0.0:
-        speed_wanted = asked + controller.velocity_feedforward * wanted_speed
-        limit = controller.speed_limit
-        speed_wanted = min(max(speed_wanted, -limit), limit)
-        proportional = controller.speed.kp * (speed_wanted - speed)
-        integrals[1] = (current - proportional) / parallel(controller.speed)
-    if controller.current.ki > 0.0:
-        integrals[2] = voltage / parallel(controller.current)
-    return integrals
 
 
 def _load_angle(angle: float, rod: float, drive: DriveParameters, noise: float) -> float:

@@ -15,7 +15,16 @@ from ...recording.signals import Recording
 from ..block import possible_blocks
 from ..diagnosis import ConditionShare, PortCheck
 from ..locate import by_condition, by_port
-from ..replay import SIGNALS, Effects, FloatArray, Replay, declared_noise, silent
+from ..replay import (
+    NOMINAL,
+    SIGNALS,
+    Constants,
+    Effects,
+    FloatArray,
+    Replay,
+    declared_noise,
+    silent,
+)
 from .streams import StampArray
 
 # A gap is what stands this far above what noise leaves.
@@ -200,8 +209,10 @@ class _Compared(Replay):
                 self._noise, noise = np.zeros_like(noise), np.zeros_like(noise)
             self.healthy = noise[:, columns].T / self.floor[:, None]
 
-    def simulate(self, effects: Effects) -> FloatArray:
-        """What the twin gave."""
+    def simulate(self, effects: Effects, constants: Constants = NOMINAL) -> FloatArray:
+        """What the twin gave; no other constants can be put on what has run."""
+        if constants:
+            raise ValueError(f"the twin has run with its nominal {', '.join(constants)}")
         return self._simulated[:, [one.column for one in self.signals]].T
 
     def full(self, effects: Effects, torque: FloatArray | None = None) -> FloatArray:

@@ -13,7 +13,12 @@ _MUCH = 0.3  # ... and this share of the gap
 
 
 def sentence(diagnosis: Diagnosis) -> str:
-    """What came out, in one to four sentences of plain text."""
+    """What came out, in one to four sentences of plain text; what spoils it all goes first."""
+    said = _said(diagnosis)
+    return f"Check first: {diagnosis.caution}. {said}" if diagnosis.caution else said
+
+
+def _said(diagnosis: Diagnosis) -> str:
     if diagnosis.verdict == "no_gap":
         return _no_gap(diagnosis)
     if diagnosis.verdict == "within_sheet":
