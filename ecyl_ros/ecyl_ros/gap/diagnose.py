@@ -15,6 +15,7 @@ from ..errors import InputError
 from ..recording.signals import Recording
 from .attribute import AT_FLOOR, EXCUSED, Competition, at_noise, compete, gone, misfit
 from .block import unnamed_block
+from .clear import without_unclear
 from .coincidence import Coincidence, without_coincidence
 from .constancy import Inconstancy, without_effects, without_stand_ins
 from .diagnosis import Candidate, Cause, Diagnosis, FittedParameter, Series, SheetValue
@@ -89,7 +90,7 @@ def diagnose(
         competition, odd = without_stand_ins(competition, fitter)
         competition, alike = without_coincidence(competition, fitter)
         remarks = [_stand_in(one) for one in odd] + ([_coincide(alike)] if alike else [])
-        for sort_out in (without_traces, _without_unsure):
+        for sort_out in (without_unclear, without_traces, _without_unsure):
             competition, said = sort_out(competition, fitter)
             remarks += said
     result = _assemble(replay, fitter, competition, remarks, no_gap, source, drive_name, begin)
