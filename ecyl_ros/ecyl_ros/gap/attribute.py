@@ -526,11 +526,13 @@ def _shaken_loose(run: _Competition) -> bool:
 def _settled(run: _Competition, winner: Fit) -> Fit:
     """The winner fitted until it no longer moves."""
     for _ in range(_SETTLING if winner.names else 0):
+        if winner.ended:
+            break
         better = run.fitter.polish(winner, _POLISHING)
         run.replays += better.replays
-        gain = winner.fitted - better.fitted
+        still = winner.fitted - better.fitted < 0.01 * winner.fitted
         winner = better
-        if gain < 0.01 * winner.fitted:
+        if still:
             break
     return winner
 

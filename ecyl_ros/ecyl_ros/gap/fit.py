@@ -38,9 +38,10 @@ _SWEEPS = 2  # along size and phase of a periodic effect
 _NOISIEST = 4.0  # times a perfect model's misfit: no effect excuses more
 _AMPLIFIED = 1.2  # times a perfect model's misfit: from here on noise counts as amplified
 _NEAR_FLOOR = 1.3  # times a perfect model's cost: no closer look needed
+_PRICE_MATTERS = 3.0  # times a perfect model's cost
 _STUCK = 0.95  # of the cost: a joint fit that leaves more has nothing to go on with
 _REACH = 60.0  # a fit may change a positive parameter by this factor either way
-_CONVERGED, _ON_THE_WAY = 0.02, 0.5  # falls of the objective below which a fit, a search has ended
+_CONVERGED, _ON_THE_WAY = 0.02, 2.0  # falls of the objective below which a fit, a search has ended
 # Levenberg's damping, tried in turn until a step leaves less; steps that come near need none.
 _DAMPING = (0.0, 1e-2, 0.1, 1.0, 10.0)
 _GOOD_STEP = 0.25  # share of the promised fall from which the next damping is not tried
@@ -130,6 +131,7 @@ class Fit:
             fit (None for values not fitted).
         slopes: {stage: float64[signals x fitted rows, pulled]}, derivatives by the sheet that were
             worked out on the way, as each stage sees them.
+        ended: whether the fit went as far as it goes.
         replays: how many runs it took.
     """
 
@@ -143,6 +145,7 @@ class Fit:
     pulled: tuple[int, ...] = ()
     jacobian: FloatArray | None = None
     slopes: Mapping[Stage, FloatArray] = field(default_factory=dict)
+    ended: bool = False
     replays: int = field(default=1)
 
     @property
@@ -276,13 +279,15 @@ class Fitter:
         """
         shaped = self._shape(start)
         replays, best = shaped.replays, shaped
-        stages = [MEDIUM, FINE]
-        if self.sheet.free(start.values).any():
-            far = shaped.fitted > _NEAR_FLOOR * self.perfect**2
-            stages = [*([COARSE] if far else []), *stages, EXACT]
-        for stage in stages:
-            least = _CONVERGED if stage is stages[-1] else _ON_THE_WAY
+        free = bool(self.sheet.free(start.values).any())
+        far = free and shaped.fitted > _NEAR_FLOOR * self.perfect**2
+        for stage in (COARSE, MEDIUM, FINE) if far else (MEDIUM, FINE):
+            least = _CONVERGED if stage is FINE and not free else _ON_THE_WAY
             best = self.fit(best, steps=steps, nuisances=True, stage=stage, least=least)
+            replays += best.replays
+        # Far from the floor the price of the sheet decides nothing.
+        if free and best.fitted < _PRICE_MATTERS * self.perfect**2:
+            best = self.fit(best, steps=steps, nuisances=True, stage=EXACT)
             replays += best.replays
         return dataclasses.replace(best, replays=replays)
 
@@ -428,7 +433,7 @@ class Fitter:
             [stage.difference * one.fineness for one in coordinates] + [stage.pulled] * len(pulled)
         )
         precision = np.array([0.0] * len(coordinates) + [4.0] * len(pulled))
-        replays = 0
+        replays, ended = 0, False
 
         def at(point: FloatArray) -> Fit:
             values = {name: dict(given) for name, given in start.values.items()}
@@ -506,6 +511,7 @@ class Fitter:
                 if gained > 0.0 and gained >= _GOOD_STEP * promised:
                     break
             if gained <= least:
+                ended = True
                 break
             now, point, value = after, reached, value - gained
         return dataclasses.replace(
@@ -514,6 +520,7 @@ class Fitter:
             pulled=tuple(pulled.tolist()),
             jacobian=columns,
             slopes={} if borrowed is not None else {stage: columns[:, len(coordinates) :]},
+            ended=ended,
             replays=replays,
         )
 

@@ -25,6 +25,7 @@ _LOUD = 4.0  # mean square of the gap above it, in floors, from which it is wort
 _ALIKE = 0.7  # share of the nominal spectrum's unlikeness that a ringing replay leaves at the most
 # Delays to begin with, in control ticks; a loop begins to swing within a tenth of one.
 _GRID = np.concatenate([np.arange(0.3, 6.0, 0.1), np.geomspace(6.0, 24.0, 16)])
+_HELPS = 0.9  # of the cost of the base that is left at the most
 _HOLLOWS = 3  # that are looked at more finely
 _FINER = 9
 _ROW = np.linspace(-0.02, 0.02, 41)  # around the best of them
@@ -88,7 +89,8 @@ class Ringing:
 
         grid = _GRID * tick
         unlike = np.array([self._unlike(one) for one in self._map(tried, grid)])
-        if name not in self._heard:
+        first = name not in self._heard
+        if first:
             nominal = self._unlike(self._fitter.nominal)
             self._heard[name] = float(unlike.min()) < _ALIKE * nominal
         if not self._heard[name]:
@@ -105,4 +107,6 @@ class Ringing:
             row = self._map(tried, centre * (1.0 + offsets))
             found = min(row, key=lambda one: one.fitted)
             centre = found.values[name][quantity.name]
+        if first:  # a likeness that takes nothing off is not worth a look beside other effects
+            self._heard[name] = found.fitted < _HELPS * base.fitted
         return [found.values]

@@ -60,6 +60,7 @@ def constant(key: str) -> str:
     """A constant of the drive file by its dotted key: "load.inertia" is "load inertia"."""
     group, _, name = key.partition(".")
     text = name.replace(".", " ").replace("_", " ")
+    text = text.replace("back emf", "back-EMF")
     if group == "load":
         return f"load {text}"
     if group == "motor" and name in ("viscous_friction", "inductance", "resistance"):
