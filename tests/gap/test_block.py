@@ -6,10 +6,10 @@ import pytest
 
 from ecyl_ros.drive.drive_file import load_drive
 from ecyl_ros.effects.effect import BLOCKS
-from ecyl_ros.gap.blind.cases import Case, record_case
 from ecyl_ros.gap.block import possible_blocks
 from ecyl_ros.gap.locate import by_port
 from ecyl_ros.gap.replay import Replay
+from ecyl_ros.gap.study.cylinder.cases import Case, record_case
 
 CASES = [
     ({"resistance_error": {"resistance_ohm": 1.1}}, {"motor_electrical"}),
