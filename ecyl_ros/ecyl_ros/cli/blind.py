@@ -19,7 +19,7 @@ if TYPE_CHECKING:  # not at run time, to keep `--help` fast
     from ..gap.study.seal import Sealed
 
 SCHEMA = "ecyl.blind/1"
-DRIVES = ("bench",)
+DRIVES = ("bench", "random", "rigid")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -30,7 +30,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--drives",
         choices=DRIVES,
         default="bench",
-        help="machines of one drive file (bench)",
+        help="machines of one drive file, of a drive of their own each, or rigid drives (bench)",
     )
     parser.add_argument(
         "--drive", metavar="D.yaml", help="drive file or profile that --drives bench are of (bench)"
@@ -39,7 +39,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--sheet",
         type=float,
         metavar="SD",
-        help="relative standard deviation of the machines' constants off the sheet (0: exact)",
+        help="relative standard deviation of the machines' constants off the sheet (0: exact; "
+        "rigid: 0.05 in some of the cases)",
     )
     parser.add_argument("--json", type=Path, metavar="OUT", help="write labels, answers, figures")
     parser.add_argument(
@@ -109,8 +110,12 @@ def _run(options: argparse.Namespace, drives: Drives) -> int:
 def _drives(options: argparse.Namespace) -> tuple[Drives, Path | None]:
     """The drives asked for, and the file that they are of."""
     from ..drive.drive_file import load_drive, resolve_drive
-    from ..gap.study.drives import BenchDrives
+    from ..gap.study.drives import BenchDrives, RandomDrives, RigidDrives
 
+    if options.drives == "random":
+        return RandomDrives(options.sheet or 0.0), None
+    if options.drives == "rigid":
+        return RigidDrives(options.sheet), None
     drive_file = resolve_drive(options.drive or "bench")
     return BenchDrives(load_drive(drive_file), options.sheet or 0.0), drive_file
 

@@ -9,6 +9,8 @@ from .causes import cause_of
 
 Values = dict[str, float]
 
+_TUPLES = ("withheld", "unseen", "also")  # of a case's fields, lists in its label
+
 KINDS = ("single", "pair", "none", "outside", "withheld", "beyond")
 
 
@@ -32,6 +34,7 @@ class Case:
         nominal: what the sheet holds in place of an effect's parameters: {effect: {parameter:
             value}}, where it holds anything.
         unseen: effects of the case that its recording cannot show; not naming them is no miss.
+        also: what is there besides, small as it is: naming it is no error.
         facts: what else was drawn, for whoever looks at the case.
     """
 
@@ -47,17 +50,17 @@ class Case:
     tolerances: dict[str, float | str] = field(default_factory=dict)
     nominal: dict[str, Values] = field(default_factory=dict)
     unseen: tuple[str, ...] = ()
+    also: tuple[str, ...] = ()
     facts: dict[str, Any] = field(default_factory=dict)
 
     def label(self) -> dict[str, Any]:
         """What is sealed: plain data."""
-        return asdict(self) | {"withheld": list(self.withheld), "unseen": list(self.unseen)}
+        return asdict(self) | {name: list(getattr(self, name)) for name in _TUPLES}
 
     @classmethod
     def from_label(cls, label: dict[str, Any]) -> Case:
         """The case of which `label` is the label."""
-        tuples = {"withheld": tuple(label["withheld"]), "unseen": tuple(label["unseen"])}
-        return cls(**{**label, **tuples})
+        return cls(**{**label, **{name: tuple(label[name]) for name in _TUPLES}})
 
     @property
     def names(self) -> set[str]:
@@ -67,7 +70,8 @@ class Case:
     @property
     def akin(self) -> set[str]:
         """Effects that name the same cause in another form; naming them is no error."""
-        return {other for name in self.effects for other in cause_of(self.drives, name).akin}
+        forms = {other for name in self.effects for other in cause_of(self.drives, name).akin}
+        return forms | set(self.also)
 
     @property
     def nameable(self) -> set[str]:

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+from ...effects.catalogue import CATALOGUE
 from .cylinder.effects import EFFECTS
+from .rigid.faults import AKIN
 
 
 class Cause(NamedTuple):
@@ -16,6 +18,9 @@ class Cause(NamedTuple):
 
 
 def cause_of(drives: str, effect: str) -> Cause:
-    """The cause behind an effect's name in a label. drives: bench or random."""
+    """The cause behind an effect's name in a label. drives: bench, random or rigid."""
+    if drives == "rigid":
+        known = CATALOGUE.get(effect)
+        return Cause(effect, known.block if known else "load", frozenset(AKIN.get(effect, ())))
     imposed = EFFECTS[effect]
     return Cause(imposed.twin or effect, imposed.block, imposed.akin)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
-from typing import NamedTuple, Protocol
+from typing import Any, ClassVar, NamedTuple, Protocol
 
 from ...drive.parameters import DriveParameters
 from ...recording.signals import Recording
@@ -15,10 +15,14 @@ from .cylinder.cases import complete_case, plan_cases, record_case, stated
 from .cylinder.effects import EFFECTS
 from .cylinder.inside import INSIDE
 from .cylinder.outside import OUTSIDE
-from .subject import Sheet
+from .cylinder.stage import Setup
+from .random_drives import draw_setup
+from .rigid import cases as rigid
+from .rigid.faults import FAULTS
+from .subject import RigidSheet, Sheet
 from .workers import in_processes
 
-Baseline = Callable[[Recording, Sheet], list[str]]
+Baseline = Callable[[Recording, Any], list[str]]
 
 
 @dataclass(frozen=True)
@@ -80,15 +84,12 @@ class _Cylinders:
     effects: tuple[str, ...] = tuple(EFFECTS)
     nameable: tuple[str, ...] = (*INSIDE, *(one.twin for one in OUTSIDE.values() if one.twin))
     baselines: Mapping[str, Baseline] = MappingProxyType(BASELINES)
+    sheet: float
+    name: str
 
-
-@dataclass(frozen=True)
-class BenchDrives(_Cylinders):
-    """Machines of one drive file, at its constants or off them by `sheet`, relative."""
-
-    drive: DriveParameters
-    sheet: float = 0.0
-    name: str = field(default="bench", init=False)
+    def setup(self, seed: int) -> Setup:
+        """The data sheet behind a case, and how it is moved and recorded."""
+        raise NotImplementedError
 
     def plan(self, count: int, seed: int, choice: Choice) -> list[Case]:
         """See `Drives`."""
@@ -104,11 +105,69 @@ class BenchDrives(_Cylinders):
 
     def complete(self, case: Case) -> Case:
         """See `Drives`."""
-        return complete_case(case, self.drive)
+        return complete_case(case, self.setup)
 
     def given(self, case: Case) -> Given:
         """See `Drives`."""
-        return Given(record_case(case, self.drive), stated(self.drive, case.sheet))
+        setup = self.setup(case.seed)
+        return Given(record_case(case, setup), stated(setup.drive, case.sheet))
+
+
+@dataclass(frozen=True)
+class BenchDrives(_Cylinders):
+    """Machines of one drive file, at its constants or off them by `sheet`, relative."""
+
+    drive: DriveParameters
+    sheet: float = 0.0
+    name: str = field(default="bench", init=False)
+
+    def setup(self, seed: int) -> Setup:
+        """The study's own drive, whatever the seed."""
+        return Setup(self.drive)
+
+
+@dataclass(frozen=True)
+class RandomDrives(_Cylinders):
+    """A drive of its own in each case, its machine off the sheet by `sheet`, relative."""
+
+    sheet: float = 0.0
+    name: str = field(default="random", init=False)
+
+    def setup(self, seed: int) -> Setup:
+        """The drive of a seed."""
+        return draw_setup(seed)
+
+
+@dataclass(frozen=True)
+class RigidDrives:
+    """Rigid drives of all kinds; `sheet`: standard deviation off their files, None as they come."""
+
+    sheet: float | None = None
+    name: str = field(default="rigid", init=False)
+    kinds: ClassVar[tuple[str, ...]] = rigid.KINDS
+    effects: ClassVar[tuple[str, ...]] = tuple(FAULTS)
+    nameable: ClassVar[tuple[str, ...]] = tuple(FAULTS)
+    baselines: ClassVar[Mapping[str, Baseline]] = MappingProxyType({})
+
+    def plan(self, count: int, seed: int, choice: Choice) -> list[Case]:
+        """See `Drives`."""
+        return rigid.plan_cases(
+            count,
+            seed,
+            kinds=choice.kinds,
+            effects=choice.effects,
+            without=choice.without,
+            sheet=self.sheet,
+        )
+
+    def complete(self, case: Case) -> Case:
+        """See `Drives`."""
+        return rigid.complete_case(case)
+
+    def given(self, case: Case) -> Given:
+        """See `Drives`."""
+        recording, drawn = rigid.record_case(case)
+        return Given(recording, RigidSheet(drawn.machine, drawn.tolerances))
 
 
 def draw_cases(

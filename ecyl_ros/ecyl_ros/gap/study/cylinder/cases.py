@@ -83,6 +83,8 @@ def draw_effects(
             gaps[name] = gaps_between(complete, run(rest), floor)
         if all(max(gap.values()) >= VISIBLE for gap in gaps.values()):
             return effects, gaps
+        if not all(any(gap.values()) for gap in gaps.values()):
+            break  # nothing that is recorded depends on it, at any size
     raise InputError(f"{' with '.join(names)}: no visible and sane size in {DRAWS} draws")
 
 
@@ -195,6 +197,7 @@ def complete_case(case: Case, setup_of: DriveParameters | Setup | Callable[[int]
             seed=seed,
             effects=effects,
             gaps=gaps,
+            facts=setup.facts,
             constants=true_constants(stage.with_effects(effects, seed)),
             tolerances=stated_tolerances(case.sheet),
             nominal={

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import math
 import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
+from ....drive.drive_file import drive_to_flat
 from ....drive.parameters import DriveParameters
 from ....errors import InputError
 from .effects import EFFECTS
@@ -22,7 +25,6 @@ DURATION_S = 12.0
 PEAK_SPEED_RAD_S = 26.0  # of the rotor that a reference may ask for, unless a setup says more
 NOMINAL = 1.1  # recorded minus nominal without any effect, in floors, at most this everywhere
 QUIET_COMMAND = 0.15  # a command without noise is held to this share of what noise would make it
-FULL_SIZE_DRAWS = 10  # of nuisances, before they are drawn smaller and smaller
 DRAWS = 60  # before no machine is called possible
 
 
@@ -34,16 +36,31 @@ class Setup:
         drive: the data sheet and the controller.
         peak_speed: of the rotor that a reference may ask for, rad/s.
         missing: signals that the recording lacks.
+        drawn: whether the drive is the case's own.
+        full_draws, shrinks: of nuisances: draws at full size, and the factor of size from each
+            later draw to the next.
     """
 
     drive: DriveParameters
     peak_speed: float = PEAK_SPEED_RAD_S
     missing: frozenset[str] = frozenset()
+    drawn: bool = False
+    full_draws: int = 10
+    shrinks: float = 0.8
 
     @classmethod
     def of(cls, drive: DriveParameters | Setup) -> Setup:
         """A drive with everything recorded, or the setup itself."""
         return drive if isinstance(drive, Setup) else cls(drive)
+
+    @property
+    def facts(self) -> dict[str, Any]:
+        """What a label says of the setup; nothing where the drive file is the study's own."""
+        if not self.drawn:
+            return {}
+        flat = drive_to_flat(self.drive).items()
+        numbers = {key: one for key, one in flat if one != math.inf}
+        return {"missing": sorted(self.missing), "drive": numbers}
 
     @property
     def floor(self) -> dict[str, float]:
@@ -135,7 +152,7 @@ def _made(
     if "voltage_q_v" in floor:
         bound["voltage_q_v"] *= QUIET_COMMAND
     for attempt in range(DRAWS):
-        size = 0.8 ** max(0, attempt - FULL_SIZE_DRAWS)
+        size = setup.shrinks ** max(0, attempt - setup.full_draws)
         machine, nuisances = add_nuisances(
             nominal_physics(drive), drive, scale.torque_nm, rng, size
         )

@@ -21,7 +21,8 @@ def case_line(case: Case) -> str:
     ]
     withheld = f", withheld {', '.join(case.withheld)}" if case.withheld else ""
     unseen = f", not to be seen {', '.join(case.unseen)}" if case.unseen else ""
-    facts = ", ".join(f"{key} {_fact(value)}" for key, value in case.facts.items())
+    plain = {key: one for key, one in case.facts.items() if not isinstance(one, dict)}
+    facts = ", ".join(f"{key} {_fact(one)}" for key, one in plain.items() if one not in ([], None))
     return (
         f"case {case.index} {case.kind}: {' + '.join(held) or 'nothing'}{withheld}{unseen}"
         f"{f' ({facts})' if facts else ''}"
@@ -29,6 +30,8 @@ def case_line(case: Case) -> str:
 
 
 def _fact(value: Any) -> str:
+    if isinstance(value, list):
+        return " ".join(map(str, value))
     return f"{value:.3g}" if isinstance(value, float) else str(value)
 
 
