@@ -51,7 +51,8 @@ def test_drives_cover_their_ranges() -> None:
     assert len({one.controller.rate for one in drives}) == 6
     for one in drives:
         assert 250.0 <= one.sample_rate <= 2000.0
-        assert one.controller.rate / one.sample_rate == one.telemetry_every
+        ticks = one.controller.rate / one.sample_rate
+        assert ticks == pytest.approx(one.telemetry_every, rel=1e-12)
     assert _spread([one.sensors.rotor_position_noise for one in drives]) > 5.0
     missing = Counter(name for setup in SETUPS for name in setup.missing)
     assert set(missing) == {"voltage_q_v", "rod_position_m", "rotor_velocity_rad_per_s"}

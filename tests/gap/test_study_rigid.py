@@ -224,6 +224,7 @@ def test_drives_are_drawn_as_they_come() -> None:
     assert any(one["frozen"] for one in facts)
     for one in drawn:
         if one.machine.actuation == "loop":
+            assert (one.logger.rate_hz, one.logger.speed) == (1000.0, "missing")
             continue
         step = one.logger.resolution
         bits = math.log2(math.tau / step)

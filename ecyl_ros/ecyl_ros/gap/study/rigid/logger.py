@@ -60,14 +60,14 @@ def draw_logger(
     actuation: what is recorded. level: in its unit. prompt: log fast and in time, as who looks for
     a delay does.
     """
-    rates = [rate for rate in RATES_HZ if rate >= (500.0 if prompt else 250.0)]
-    rate = float(rng.choice(rates if prompt or actuation == "loop" else RATES_HZ))
+    rate = float(rng.choice([one for one in RATES_HZ if one >= 500.0] if prompt else RATES_HZ))
+    speed = str(rng.choice(SPEEDS, p=(0.4, 0.3, 0.3)))
     if linear:
         resolution = float(np.exp(rng.uniform(*np.log([1e-6, 5e-5]))))
     else:
         resolution = math.tau / 2.0 ** int(rng.integers(8, 17))
-    if actuation == "loop":  # what the loop makes of its position is told from the same position
-        resolution *= 1e-2
+    if actuation == "loop":  # its effort is told from what it saw, tick by tick: it logs itself
+        rate, resolution, speed = LOOP_HZ, 1e-2 * resolution, "missing"
     frozen: list[tuple[float, float]] = []
     if rng.random() < 0.25:
         for _ in range(int(rng.integers(1, 4))):
@@ -80,7 +80,7 @@ def draw_logger(
     return Logger(
         rate_hz=rate,
         resolution=resolution,
-        speed=str(rng.choice(SPEEDS, p=(0.4, 0.3, 0.3))),
+        speed=speed,
         reference=actuation == "loop" or bool(rng.random() < 0.7),
         effort_noise=level * float(np.exp(rng.uniform(*np.log([0.01, 1.0])))),
         ripple=(ripple, rate * float(rng.uniform(0.3, 0.48))),
