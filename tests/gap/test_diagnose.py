@@ -9,8 +9,8 @@ import pytest
 from sheets import exact
 
 from ecyl_ros.errors import InputError
-from ecyl_ros.gap.blind.cases import Case, record_case
 from ecyl_ros.gap.diagnose import diagnose
+from ecyl_ros.gap.study.cylinder.cases import Case, record_case
 from ecyl_ros.recording.reader import read_recording
 
 SHARED = Path(__file__).parents[3] / "shared"

@@ -15,10 +15,10 @@ from ecyl_ros.gap.effort.judge import diagnose_effort
 from ecyl_ros.gap.effort.machine import Machine
 from ecyl_ros.gap.effort.model import model_of
 from ecyl_ros.gap.effort.plant import along, plant_of
-from ecyl_ros.gap.effort.study.equations import STEP_S, Truth, run
 from ecyl_ros.gap.report.page import report_html
 from ecyl_ros.gap.report.scrub import topic, write_scrub
 from ecyl_ros.gap.report.terminal import summary
+from ecyl_ros.gap.study.rigid.equations import STEP_S, Truth, run
 from ecyl_ros.recording.signals import Recording
 
 MASS, SPEED_HZ = 20.0, 25.0

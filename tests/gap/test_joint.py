@@ -5,11 +5,11 @@ from __future__ import annotations
 import pytest
 from sheets import exact
 
-from ecyl_ros.gap.blind.cases import Case, record_case
 from ecyl_ros.gap.fit import Fit, Fitter
 from ecyl_ros.gap.joint import joined
 from ecyl_ros.gap.replay import Replay
 from ecyl_ros.gap.split import held_out
+from ecyl_ros.gap.study.cylinder.cases import Case, record_case
 
 ROTOR, LOAD = "rotor_coulomb_friction", "load_coulomb_friction"
 

@@ -7,10 +7,10 @@ import math
 import pytest
 from sheets import exact
 
-from ecyl_ros.gap.blind.cases import Case, Stage, record_case
 from ecyl_ros.gap.fit import Fitter
 from ecyl_ros.gap.replay import Replay
 from ecyl_ros.gap.split import held_out
+from ecyl_ros.gap.study.cylinder.cases import Case, Stage, record_case
 
 SEED = 6  # of a machine whose dead time turns its sign over 25 mA
 

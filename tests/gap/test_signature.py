@@ -10,7 +10,6 @@ import pytest
 from sheets import exact
 
 from ecyl_ros.gap.attribute import Competition
-from ecyl_ros.gap.blind.cases import Case, record_case
 from ecyl_ros.gap.block import unnamed_block
 from ecyl_ros.gap.fit import Fitter
 from ecyl_ros.gap.injection import acts_on_load
@@ -18,6 +17,7 @@ from ecyl_ros.gap.locate import by_port
 from ecyl_ros.gap.replay import Replay
 from ecyl_ros.gap.signature import goes_with_current, goes_with_encoder, limit_reached
 from ecyl_ros.gap.split import held_out
+from ecyl_ros.gap.study.cylinder.cases import Case, record_case
 
 
 def replayed(effects: dict[str, dict[str, float]], seed: int = 9) -> Replay:

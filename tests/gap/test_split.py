@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from sheets import exact
 
-from ecyl_ros.gap.blind.cases import Case, record_case
 from ecyl_ros.gap.diagnose import diagnose
 from ecyl_ros.gap.split import held_out, held_out_of
+from ecyl_ros.gap.study.cylinder.cases import Case, record_case
 
 time_s = np.arange(12_000) / 1000.0
 everywhere = np.ones(time_s.size, dtype=bool)

@@ -8,8 +8,8 @@ from sheets import exact
 
 from ecyl_ros.gap import diagnose as module
 from ecyl_ros.gap.attribute import Competition
-from ecyl_ros.gap.blind.cases import Case, record_case
 from ecyl_ros.gap.fit import Fit
+from ecyl_ros.gap.study.cylinder.cases import Case, record_case
 
 LIMIT, INERTIA, GAIN = "voltage_limit", "load_inertia_error", "inverter_gain"
 

@@ -13,12 +13,13 @@ from .outputs import check_outputs
 from .progress import progress_bar
 
 if TYPE_CHECKING:  # not at run time, to keep `--help` fast
-    from ..drive.parameters import DriveParameters
-    from ..gap.blind.cases import Case
-    from ..gap.blind.seal import Sealed
-    from ..gap.blind.study import Outcome
+    from ..gap.study.case import Case
+    from ..gap.study.drives import Choice, Drives
+    from ..gap.study.examine import Outcome
+    from ..gap.study.seal import Sealed
 
 SCHEMA = "ecyl.blind/1"
+DRIVES = ("bench", "random", "rigid")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -26,7 +27,20 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--cases", type=int, default=200, metavar="N", help="how many (200)")
     parser.add_argument("--seed", type=int, default=1, metavar="K", help="of all draws (1)")
     parser.add_argument(
-        "--drive", default="bench", metavar="D.yaml", help="nominal drive file or profile (bench)"
+        "--drives",
+        choices=DRIVES,
+        default="bench",
+        help="machines of one drive file, of a drive of their own each, or rigid drives (bench)",
+    )
+    parser.add_argument(
+        "--drive", metavar="D.yaml", help="drive file or profile that --drives bench are of (bench)"
+    )
+    parser.add_argument(
+        "--sheet",
+        type=float,
+        metavar="SD",
+        help="relative standard deviation of the machines' constants off the sheet (0: exact; "
+        "rigid: 0.05 in some of the cases)",
     )
     parser.add_argument("--json", type=Path, metavar="OUT", help="write labels, answers, figures")
     parser.add_argument(
@@ -61,31 +75,49 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Run the study; 0 when it ran, whatever the figures say, 1 when a worker died."""
-    from ..drive.drive_file import load_drive, resolve_drive
-    from ..gap.blind.seal import seal
-    from ..gap.blind.study import StudyError
+    from ..gap.study.examine import StudyError
+    from ..gap.study.workers import WorkerDied, ended_together
 
     _check(options)
-    drive_file = resolve_drive(options.drive)
-    check_outputs({"--json": options.json}, {"--drive": drive_file}, overwrite=True)
-    drive = load_drive(drive_file)
-    cases = _draw(options, drive)
+    drives, source = _drives(options)
+    check_outputs({"--json": options.json}, {"--drive": source} if source else {}, overwrite=True)
+    with ended_together():
+        try:
+            return _run(options, drives)
+        except (StudyError, WorkerDied) as error:
+            hint = "; --resume goes on with the others" if options.json is not None else ""
+            print(f"ecyl blind: {error}{hint}", file=sys.stderr)
+            return 1
+
+
+def _run(options: argparse.Namespace, drives: Drives) -> int:
+    from ..gap.study.seal import seal
+
+    cases = _draw(options, drives)
     sealed = seal(cases)
     print(f"{len(cases)} cases drawn and sealed, SHA-256 {sealed.sha256}", flush=True)
     if options.write_recordings is not None:
-        _write_recordings(cases, drive, options.write_recordings)
-    try:
-        outcomes = _study(options, cases, drive, sealed)
-    except StudyError as error:
-        hint = "; --resume goes on with the others" if options.json is not None else ""
-        print(f"ecyl blind: {error}{hint}", file=sys.stderr)
-        return 1
+        _write_recordings(cases, drives, options.write_recordings)
+    outcomes = _study(options, cases, drives, sealed)
     opened = sealed.open()
     print("labels opened, hash verified")
     if options.write_recordings is not None:
         _write_json(options.write_recordings / "labels.json", json.loads(sealed.text))
-    _report(options, opened, outcomes, drive, sealed)
+    _report(options, opened, outcomes, sealed)
     return 0
+
+
+def _drives(options: argparse.Namespace) -> tuple[Drives, Path | None]:
+    """The drives asked for, and the file that they are of."""
+    from ..drive.drive_file import load_drive, resolve_drive
+    from ..gap.study.drives import BenchDrives, RandomDrives, RigidDrives
+
+    if options.drives == "random":
+        return RandomDrives(options.sheet or 0.0), None
+    if options.drives == "rigid":
+        return RigidDrives(options.sheet), None
+    drive_file = resolve_drive(options.drive or "bench")
+    return BenchDrives(load_drive(drive_file), options.sheet or 0.0), drive_file
 
 
 def _names(text: str) -> tuple[str, ...]:
@@ -112,48 +144,54 @@ def _check(options: argparse.Namespace) -> None:
         raise InputError(f"--jobs = {options.jobs}, expected 1 or more")
     if options.case is not None and not 0 <= options.case < options.cases:
         raise InputError(f"--case = {options.case}, expected 0 to {options.cases - 1}")
+    if options.sheet is not None and not 0.0 <= options.sheet <= 0.1:
+        raise InputError(f"--sheet = {options.sheet:g}, expected 0 to 0.1")
+    if options.drive is not None and options.drives != "bench":
+        raise InputError(f"--drive does not go with --drives {options.drives}, expected bench")
     if options.resume and options.json is None:
         raise InputError("--resume needs --json OUT, the file of the study to go on with")
 
 
-def _draw(options: argparse.Namespace, drive: DriveParameters) -> list[Case]:
-    from ..gap.blind.cases import EFFECTS, KINDS, complete_case, draw_cases, plan_cases
-    from ..gap.blind.inside import INSIDE
+def _draw(options: argparse.Namespace, drives: Drives) -> list[Case]:
+    from ..gap.study.drives import draw_cases
 
-    twins = [effect.twin for effect in EFFECTS.values() if effect.twin]
-    choice: dict[str, Any] = {
-        "without": _known("--without", _names(options.without), [*INSIDE, *twins])
-    }
-    if options.kinds is not None:
-        choice["kinds"] = _known("--kinds", _names(options.kinds), KINDS)
-    if options.effects is not None:
-        choice["effects"] = _known("--effects", _names(options.effects), EFFECTS)
+    choice = _choice(options, drives)
     if options.case is not None:
-        plan = plan_cases(options.cases, options.seed, **choice)
-        return [complete_case(plan[options.case], drive)]
+        return [drives.complete(drives.plan(options.cases, options.seed, choice)[options.case])]
     with progress_bar("drawing drives") as progress:
         return draw_cases(
-            options.cases, options.seed, drive, **choice, workers=options.jobs, progress=progress
+            drives, options.cases, options.seed, choice, workers=options.jobs, progress=progress
         )
 
 
-def _write_recordings(cases: list[Case], drive: DriveParameters, folder: Path) -> None:
-    from ..gap.blind.cases import record_case
+def _choice(options: argparse.Namespace, drives: Drives) -> Choice:
+    from ..gap.study.drives import Choice
+
+    kinds, effects = drives.kinds, None
+    if options.kinds is not None:
+        kinds = _known("--kinds", _names(options.kinds), drives.kinds)
+    if options.effects is not None:
+        effects = _known("--effects", _names(options.effects), drives.effects)
+    without = _known("--without", _names(options.without), drives.nameable)
+    return Choice(kinds, effects, without)
+
+
+def _write_recordings(cases: list[Case], drives: Drives, folder: Path) -> None:
     from ..recording.writer import write_recording
 
     with progress_bar("writing recordings") as progress:
         for number, case in enumerate(cases, start=1):
-            recording = record_case(case, drive)
+            recording = drives.given(case).recording
             write_recording(recording, folder / f"case_{case.index:03d}.mcap", overwrite=True)
             progress(number / len(cases))
 
 
 def _study(
-    options: argparse.Namespace, cases: list[Case], drive: DriveParameters, sealed: Sealed
+    options: argparse.Namespace, cases: list[Case], drives: Drives, sealed: Sealed
 ) -> list[Outcome]:
-    from ..gap.blind.journal import Journal
-    from ..gap.blind.study import run_study
-    from ..gap.blind.subject import product_diagnosis
+    from ..gap.study.examine import run_study
+    from ..gap.study.journal import Journal
+    from ..gap.study.subject import product_diagnosis
 
     journal: Journal | None = None
     done: dict[int, Outcome] = {}
@@ -173,7 +211,7 @@ def _study(
 
         run_study(
             [case for case in cases if case.index not in done],
-            drive,
+            drives,
             product_diagnosis,
             baselines=not options.no_baselines,
             workers=options.jobs,
@@ -192,13 +230,12 @@ def _report(
     options: argparse.Namespace,
     cases: list[Case],
     outcomes: list[Outcome],
-    drive: DriveParameters,
     sealed: Sealed,
 ) -> None:
-    from ..gap.blind.score import report
-    from ..gap.blind.table import case_line, outcome_line, study_text
+    from ..gap.study.score.report import report
+    from ..gap.study.score.table import case_line, outcome_line, study_text
 
-    scored = report(cases, outcomes, drive)
+    scored = report(cases, outcomes)
     if options.json is not None:
         entries = [
             {"label": case.label(), **outcome.as_json()}
@@ -208,7 +245,9 @@ def _report(
             options.json,
             {
                 "schema": SCHEMA,
-                "drive": str(options.drive),
+                "drives": options.drives,
+                "drive": options.drive or "bench" if options.drives == "bench" else None,
+                "sheet": options.sheet,
                 "seed": options.seed,
                 "sha256": sealed.sha256,
                 **scored,
@@ -221,8 +260,8 @@ def _report(
         for name, found in outcomes[0].baselines.items():
             print(f"{name}: {', '.join(found['named']) or 'nothing'}")
     else:
-        print(f"\n{study_text(cases, outcomes, scored, drive)}")
+        print(f"\n{study_text(cases, outcomes, scored)}")
     if options.plots is not None:
-        from ..gap.blind.plots import write_plots
+        from ..gap.study.score.plots import write_plots
 
         write_plots(scored, options.plots)

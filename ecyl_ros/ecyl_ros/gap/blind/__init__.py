@@ -1,1 +1,0 @@
-"""The check on withheld effects: sealed stand-ins for real drives, diagnosed, opened, scored."""

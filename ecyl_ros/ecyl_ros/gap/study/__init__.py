@@ -1,0 +1,1 @@
+"""The check on withheld labels: sealed stand-ins for real drives, diagnosed, opened, scored."""

@@ -1,0 +1,1 @@
+"""Stand-ins for electric cylinders: their equations, faults, nuisances and recordings."""

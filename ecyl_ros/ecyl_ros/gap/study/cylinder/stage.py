@@ -1,0 +1,192 @@
+"""What a case's seed fixes before any effect: motion, the healthy machine, its peaks."""
+
+from __future__ import annotations
+
+import math
+import zlib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ....drive.drive_file import drive_to_flat
+from ....drive.parameters import DriveParameters
+from ....errors import InputError
+from .effects import EFFECTS
+from .excitation import FloatArray, draw_reference
+from .imposed import Scale, Values
+from .machine import Run, noise_floor, record_machine, run_machine
+from .nuisances import Nuisances, add_nuisances
+from .physics import Physics, nominal_physics
+from .sheet import draw_errors, off_sheet, taken_by
+
+DURATION_S = 12.0
+PEAK_SPEED_RAD_S = 26.0  # of the rotor that a reference may ask for, unless a setup says more
+NOMINAL = 1.1  # recorded minus nominal without any effect, in floors, at most this everywhere
+QUIET_COMMAND = 0.15  # a command without noise is held to this share of what noise would make it
+DRAWS = 60  # before no machine is called possible
+
+
+@dataclass(frozen=True)
+class Setup:
+    """A drive as its file has it, and how it is moved and recorded.
+
+    Attributes:
+        drive: the data sheet and the controller.
+        peak_speed: of the rotor that a reference may ask for, rad/s.
+        missing: signals that the recording lacks.
+        drawn: whether the drive is the case's own.
+        full_draws, shrinks: of nuisances: draws at full size, and the factor of size from each
+            later draw to the next.
+    """
+
+    drive: DriveParameters
+    peak_speed: float = PEAK_SPEED_RAD_S
+    missing: frozenset[str] = frozenset()
+    drawn: bool = False
+    full_draws: int = 10
+    shrinks: float = 0.8
+
+    @classmethod
+    def of(cls, drive: DriveParameters | Setup) -> Setup:
+        """A drive with everything recorded, or the setup itself."""
+        return drive if isinstance(drive, Setup) else cls(drive)
+
+    @property
+    def facts(self) -> dict[str, Any]:
+        """What a label says of the setup; nothing where the drive file is the study's own."""
+        if not self.drawn:
+            return {}
+        flat = drive_to_flat(self.drive).items()
+        numbers = {key: one for key, one in flat if one != math.inf}
+        return {"missing": sorted(self.missing), "drive": numbers}
+
+    @property
+    def floor(self) -> dict[str, float]:
+        """Noise floor of each signal that is recorded."""
+        floor = noise_floor(self.drive)
+        return {name: value for name, value in floor.items() if name not in self.missing}
+
+
+@dataclass(frozen=True)
+class Stage:
+    """What a case's seed fixes before any effect.
+
+    Attributes:
+        reference: position m and velocity m/s at each control tick.
+        machine: the healthy machine at its sheet's values, with what makes it a little different.
+        errors: relative ones of its constants; the machine has them, its controller does not.
+        nuisances, scale: of it; peaks are those of a machine with these constants.
+        healthy: its run without noise.
+    """
+
+    reference: tuple[FloatArray, FloatArray]
+    machine: Physics
+    errors: Mapping[str, float]
+    nuisances: Nuisances
+    scale: Scale
+    healthy: Run
+
+    @classmethod
+    def of(cls, seed: int, drive: DriveParameters | Setup, sheet: float = 0.0) -> Stage:
+        """Draw reference, nuisances and errors; nuisances that a nominal model notices are redrawn.
+
+        sheet: relative standard deviation of the machine's constants off the drive's.
+        """
+        setup = Setup.of(drive)
+        drive = setup.drive
+        _check_noise(drive)
+        rng = np.random.default_rng([seed, 0])
+        tick_s = 1.0 / drive.controller.rate
+        speed = min(setup.peak_speed * drive.transmission.rod_per_rotor, drive.limits.speed)
+        reference = draw_reference(rng, DURATION_S, tick_s, speed)
+        plain = Nuisances(max(1, round(tick_s / 1e-5)), 0.0, 0.0, 0, 0)
+        nominal = run_machine(nominal_physics(drive), plain, drive, reference)
+        if not nominal.finite:
+            raise InputError("the drive is unstable with its nominal parameters; no case drawn")
+        made, nuisances = _made(nominal, setup, reference, rng)
+        draws = np.random.default_rng([seed, 4])
+        for _ in range(DRAWS if sheet else 1):
+            errors = draw_errors(draws, sheet)
+            own = (
+                nominal
+                if not sheet
+                else run_machine(off_sheet(nominal_physics(drive), errors), plain, drive, reference)
+            )
+            healthy = run_machine(off_sheet(made, errors), nuisances, drive, reference)
+            if own.finite and healthy.finite:
+                return cls(reference, made, errors, nuisances, _scale(own, drive), healthy)
+        raise InputError(f"no machine off its sheet by {sheet:g} is stable under its controller")
+
+    def with_effects(self, effects: Mapping[str, Values], seed: int) -> Physics:
+        """The healthy machine with effects on it.
+
+        A constant that an effect gives a value of its own is not off the sheet beside that.
+        """
+        taken = taken_by(effects)
+        errors = {key: value for key, value in self.errors.items() if key not in taken}
+        machine = off_sheet(self.machine, errors)
+        for name, values in effects.items():
+            phases = np.random.default_rng([seed, zlib.crc32(name.encode())])
+            EFFECTS[name].impose(machine, values, phases.uniform(0.0, 2.0 * np.pi, size=2))
+        return machine
+
+
+def _check_noise(drive: DriveParameters) -> None:
+    for sensor in ("rotor_position", "rotor_velocity", "current", "rod_position"):
+        if getattr(drive.sensors, f"{sensor}_noise") <= 0.0:
+            raise InputError(
+                f"sensors.{sensor}_noise is 0, expected the drive's own noise: effects are "
+                "drawn and judged against it"
+            )
+
+
+def _made(
+    nominal: Run, setup: Setup, reference: tuple[FloatArray, FloatArray], rng: np.random.Generator
+) -> tuple[Physics, Nuisances]:
+    """A machine that the nominal model, `nominal`, does not tell from itself."""
+    drive = setup.drive
+    scale, floor = _scale(nominal, drive), setup.floor
+    bound = dict(floor)
+    if "voltage_q_v" in floor:
+        bound["voltage_q_v"] *= QUIET_COMMAND
+    for attempt in range(DRAWS):
+        size = setup.shrinks ** max(0, attempt - setup.full_draws)
+        machine, nuisances = add_nuisances(
+            nominal_physics(drive), drive, scale.torque_nm, rng, size
+        )
+        recorded = record_machine(machine, nuisances, drive, reference)
+        gap = {name: rms(recorded.signal(name) - nominal.signals[name]) for name in floor}
+        if all(gap[name] <= NOMINAL * bound[name] for name in floor):
+            return machine, nuisances
+    raise InputError(
+        f"no machine within {NOMINAL:g} noise floors of the nominal model in {DRAWS} draws: "
+        "the sensors' noise in the drive file is too small for its other values"
+    )
+
+
+def rms(values: FloatArray) -> float:
+    """Root mean square."""
+    return float(np.sqrt(np.mean(np.square(values))))
+
+
+def peak(values: FloatArray) -> float:
+    """Largest absolute value."""
+    return float(np.max(np.abs(values)))
+
+
+def gaps_between(run: Run, other: Run, floor: Mapping[str, float]) -> dict[str, float]:
+    """RMS of the difference of two runs in noise floors, by signal of `floor`."""
+    return {name: rms(run.signals[name] - other.signals[name]) / floor[name] for name in floor}
+
+
+def _scale(run: Run, drive: DriveParameters) -> Scale:
+    current = peak(run.signals["current_q_a"])
+    return Scale(
+        torque_nm=drive.motor.torque_constant * current,
+        current_a=current,
+        voltage_v=peak(run.signals["voltage_q_v"]),
+        speed_rad_s=peak(run.signals["rotor_velocity_rad_per_s"]),
+        stroke_m=peak(run.signals["rod_position_m"]),
+    )

@@ -1,0 +1,1 @@
+"""Stand-ins for rigid drives: their equations, faults, sensors and recordings."""

@@ -1,0 +1,190 @@
+"""Drawing rigid drives with a hidden fault: what is sealed, and what a diagnosis is given."""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from ....errors import InputError
+from ....recording.signals import Recording
+from ...diagnosis import FloatArray
+from ..case import Case
+from .drawn import Drawn, draw_drive
+from .equations import Truth, run
+from .faults import Faulty, faults
+from .judgeable import SHOWS, standing
+from .logger import record
+
+KINDS = ("single", "none", "withheld")
+SHARES = {"single": 0.6, "none": 0.25, "withheld": 0.15}
+SHEET_SD, SHEET_SHARE = 0.05, 0.6  # of the drives are off their sheet by so much, unless told
+_ATTEMPTS = 8  # at a drive that keeps to its reference
+_ASTRAY = 0.5  # of the travel: a drive that far from its reference has run away
+
+
+class Played(NamedTuple):
+    """A drive and how it moved with its fault: rows as `equations.run` gives them."""
+
+    drawn: Drawn
+    faulty: Faulty
+    rows: FloatArray
+
+
+def plan_cases(
+    count: int,
+    seed: int,
+    *,
+    kinds: tuple[str, ...] = KINDS,
+    effects: tuple[str, ...] | None = None,
+    without: tuple[str, ...] = (),
+    sheet: float | None = None,
+) -> list[Case]:
+    """Cases without parameters: kinds in their shares, each fault equally often by output.
+
+    Args:
+        count, seed: the same give the same cases.
+        kinds: of these alone. effects: cases of these faults alone, and without one.
+        without: names that no diagnosis of the study is given; only withheld cases hold them.
+        sheet: relative standard deviation of constants off the sheet; None: drawn by case.
+    """
+    rng = np.random.default_rng([seed, count])
+    usable = [kind for kind in KINDS if kind in kinds]
+    shares = np.array([SHARES[kind] for kind in usable])
+    queues: dict[tuple[bool, bool], Iterator[str]] = {}
+    for linear in (True, False):
+        named = [name for name in faults(linear) if effects is None or name in effects]
+        given = [name for name in named if name not in without]
+        barred = [name for name in named if not without or name in without]
+        for withheld, names in ((False, given), (True, barred)):
+            queues[linear, withheld] = _rounds(names, rng)
+    cases = []
+    for index in range(count):
+        linear = bool(rng.random() < 0.5)
+        off = SHEET_SD if rng.random() < SHEET_SHARE else 0.0
+        kind = str(rng.choice(usable, p=shares / shares.sum()))
+        name = None
+        if kind != "none":
+            name = next(queues[linear, kind == "withheld"], None)
+            if name is None:  # a fault of the other output alone
+                linear = not linear
+                name = next(queues[linear, kind == "withheld"], None)
+            if name is None:
+                raise InputError(
+                    f"no case of kind {kind} is left with the effects asked for; expected one of "
+                    f"{', '.join(dict.fromkeys([*faults(True), *faults(False)]))}"
+                )
+        hidden = set(without) | ({name} if kind == "withheld" and name else set())
+        cases.append(
+            Case(
+                index=index,
+                seed=int(rng.integers(2**31)),
+                kind=kind,
+                effects={name: {}} if name else {},
+                withheld=tuple(sorted(hidden)),
+                drives="rigid",
+                sheet=off if sheet is None else sheet,
+                facts={"linear": linear},
+            )
+        )
+    return cases
+
+
+def _rounds(names: list[str], rng: np.random.Generator) -> Iterator[str]:
+    """Every name once in random order, then again; nothing where there is none."""
+    while names:
+        yield from (names[index] for index in rng.permutation(len(names)))
+
+
+def play(case: Case) -> Played:
+    """The drive of a case with its fault, moved; InputError where it does not keep to its way."""
+    effect = next(iter(case.effects), None)
+    linear = bool(case.facts["linear"])
+    drawn = draw_drive(case.seed, linear, effect, case.sheet)
+    faulty = Faulty(drawn.truth, {})
+    if effect is not None:
+        rng = np.random.default_rng([case.seed, zlib.crc32(effect.encode())])
+        faulty = faults(linear)[effect](drawn.truth, drawn.size, rng)
+    rows = run(
+        faulty.truth,
+        drawn.reference,
+        np.zeros(drawn.reference.size),
+        drawn.noise,
+        drawn.resolution,
+        drawn.coupling,
+    )
+    astray = np.abs(rows[:, 3] - drawn.reference)
+    if not np.isfinite(rows).all() or float(np.max(astray)) > _ASTRAY * drawn.size.reach:
+        raise InputError(f"{effect or 'no effect'}: the drive does not keep to its reference")
+    return Played(drawn, faulty, rows)
+
+
+def complete_case(case: Case) -> Case:
+    """The planned case with everything its label holds; another drive where one runs away."""
+    for attempt in range(_ATTEMPTS):
+        case = replace(case, seed=case.seed + bool(attempt))
+        try:
+            played = play(case)
+        except InputError:
+            if attempt == _ATTEMPTS - 1:
+                raise
+        else:
+            return _labelled(case, played)
+    raise AssertionError("unreachable")
+
+
+def _labelled(case: Case, played: Played) -> Case:
+    drawn, faulty = played.drawn, played.faulty
+    gaps, nominal, unseen = {}, {}, []
+    for effect in case.effects:
+        stands = standing(drawn, faulty.truth, effect, played.rows)
+        gaps[effect] = {"effort": stands}
+        if stands < SHOWS:
+            unseen.append(effect)
+        held = drawn.machine.inertia
+        if effect.endswith("inertia_error") and held is not None:
+            nominal[effect] = dict.fromkeys(faulty.values, held / drawn.size.ratio)
+    return replace(
+        case,
+        effects={effect: dict(faulty.values) for effect in case.effects},
+        gaps=gaps,
+        constants=_true(drawn, faulty.truth),
+        tolerances=drawn.tolerances,
+        nominal=nominal,
+        unseen=tuple(unseen),
+        also=_late(drawn),
+        facts={"linear": case.facts["linear"], **drawn.facts},
+    )
+
+
+def _true(drawn: Drawn, truth: Truth) -> dict[str, float]:
+    """True constants by key of the drive file, with the fault where it is one of them."""
+    moved = dict(drawn.constants)
+    for key in ("load.mass", "load.inertia"):
+        if key in moved:
+            moved[key] = truth.inertia
+    return moved
+
+
+def _late(drawn: Drawn) -> tuple[str, ...]:
+    """A lag of more than a sample between effort and motion may well be called a delay."""
+    return ("actuation_delay",) if abs(drawn.logger.lag_samples) > 1.0 else ()
+
+
+def record_case(case: Case) -> tuple[Recording, Drawn]:
+    """The recording of a case's drive, and the drive."""
+    drawn, _, rows = play(case)
+    recording = record(
+        drawn.logger,
+        np.random.default_rng([case.seed, 7]),
+        linear=drawn.machine.linear,
+        effort_signal=drawn.effort_signal,
+        position=rows[:, 0],
+        speed=rows[:, 1],
+        effort=rows[:, 2],
+        reference=drawn.reference,
+    )
+    return recording, drawn

@@ -1,0 +1,1 @@
+"""Answers held against opened labels: figures, targets, tables, pictures."""

@@ -1,0 +1,73 @@
+"""Whether one answer is right: the questions that a study puts to what was said of a case."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from ..case import Case
+from ..examine import Outcome
+
+Judged = tuple[Case, Outcome]
+
+QUIET = ("no_gap", "within_sheet")
+GAP_LEFT = ("unexplained", "partly_explained", "described")
+
+
+def allowed(case: Case) -> set[str]:
+    """Effects that may be named without being wrong: the case's own and what is akin to them."""
+    return case.names | case.akin
+
+
+def first_right(case: Case, named: Sequence[str]) -> bool:
+    """Whether the first name is (one of) the case's effects."""
+    return bool(named) and named[0] in case.names
+
+
+def both_named(case: Case, named: Sequence[str]) -> bool:
+    """Whether every effect of the case is among the names."""
+    return case.names <= set(named)
+
+
+def exactly_named(case: Case, named: Sequence[str]) -> bool:
+    """Whether the names are the case's effects, no more and no fewer."""
+    return case.names == set(named)
+
+
+def none_wrong(case: Case, named: Sequence[str]) -> bool:
+    """Whether nothing is named that the case does not hold; naming nothing is never wrong."""
+    return set(named) <= allowed(case)
+
+
+def said_nothing_wrong(case: Case, outcome: Outcome) -> bool:
+    """Whether there was an answer, and it names nothing that the case does not hold."""
+    return outcome.diagnosis is not None and none_wrong(case, outcome.named)
+
+
+def quiet(outcome: Outcome) -> bool:
+    """Whether no gap was seen, or none that the data sheet's tolerances do not allow for."""
+    return outcome.diagnosis is not None and outcome.diagnosis["verdict"] in QUIET
+
+
+def named_none(outcome: Outcome) -> bool:
+    """Whether there was an answer that names no cause."""
+    return outcome.diagnosis is not None and not outcome.named
+
+
+def abstained(outcome: Outcome) -> bool:
+    """Whether a gap was seen that was not, or not wholly, explained."""
+    return outcome.diagnosis is not None and outcome.diagnosis["verdict"] in GAP_LEFT
+
+
+def misjudged(judged: Sequence[Judged]) -> list[Judged]:
+    """Cases whose diagnosis failed or named anything but what is there to be named."""
+    return [(case, outcome) for case, outcome in judged if not _right(case, outcome)]
+
+
+def _right(case: Case, outcome: Outcome) -> bool:
+    if outcome.diagnosis is None:
+        return False
+    if case.kind == "none":
+        return quiet(outcome)
+    if case.kind in ("outside", "withheld") or not case.judgeable:
+        return none_wrong(case, outcome.named)
+    return exactly_named(case, outcome.named)

@@ -1,0 +1,53 @@
+"""Work spread over processes, none of which outlives the study that it was started for."""
+
+from __future__ import annotations
+
+import signal
+import threading
+import warnings
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from typing import Any, TypeVar
+
+from joblib import Parallel, delayed
+from joblib.externals.loky import get_reusable_executor
+from joblib.externals.loky.process_executor import TerminatedWorkerError
+
+Item = TypeVar("Item")
+Result = TypeVar("Result")
+
+
+class WorkerDied(Exception):
+    """A worker process was killed, or ran out of memory."""
+
+
+def in_processes(
+    function: Callable[[Item], Result], items: Sequence[Item], workers: int
+) -> Iterator[Result]:
+    """Results in any order as they come; with one worker in this process, one after another.
+
+    Raises WorkerDied if a worker is killed.
+    """
+    if not items:
+        return
+    spread = Parallel(n_jobs=min(workers, len(items)), return_as="generator_unordered")
+    try:
+        with warnings.catch_warnings():
+            # A worker whose memory has grown is replaced in between: nothing to warn users of.
+            warnings.filterwarnings("ignore", message="A worker stopped while some jobs")
+            yield from spread(delayed(function)(item) for item in items)
+    except TerminatedWorkerError as error:
+        raise WorkerDied(str(error).splitlines()[0]) from None
+
+
+@contextmanager
+def ended_together() -> Iterator[None]:
+    """However the block ends, by SIGTERM and Ctrl-C too, its worker processes are ended."""
+    main = threading.current_thread() is threading.main_thread()
+    before: Any = signal.signal(signal.SIGTERM, signal.default_int_handler) if main else None
+    try:
+        yield
+    finally:
+        get_reusable_executor(reuse=True).shutdown(wait=True, kill_workers=True)
+        if main:
+            signal.signal(signal.SIGTERM, before)
