@@ -1,0 +1,127 @@
+"""The data sheet as a distribution, and a competition that has to beat it."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+from sheets import exact
+
+from ecyl_ros.effects.catalogue import CATALOGUE
+from ecyl_ros.gap.diagnose import diagnose
+from ecyl_ros.gap.fit import Fit
+from ecyl_ros.gap.sheet import Sheet
+from ecyl_ros.gap.strain import strains
+from ecyl_ros.gap.study.case import Case
+from ecyl_ros.gap.study.cylinder.cases import record_case, stated
+from ecyl_ros.gap.study.cylinder.sheet import true_constants
+from ecyl_ros.gap.study.cylinder.stage import Stage
+
+DRIVE = exact("bench")
+
+
+def sheet(**tolerances: float | str) -> Sheet:
+    """Of the bench drive with these tolerances, "__" for a dot, all others exact; over 12 s."""
+    given = {key.replace("__", "."): value for key, value in tolerances.items()}
+    drive = dataclasses.replace(DRIVE, tolerances={"all": "exact", **given})
+    return Sheet.of(drive, 12.0)
+
+
+def test_a_pull_is_a_distance_in_tolerances_on_a_logarithmic_scale() -> None:
+    """A hundredth of 10 % of 0.73 ohm; far off by factors, so that nothing turns its sign."""
+    one = sheet(motor__resistance=0.1)
+    assert one.constants(np.array([0.01]))["motor.resistance"] == pytest.approx(0.73073, rel=1e-6)
+    up, down = (one.values(np.array([pull]))[0] for pull in (20.0, -20.0))
+    assert up * down == pytest.approx(0.73**2) and up == pytest.approx(0.73 * math.exp(2.0))
+
+
+def test_the_price_is_that_of_a_normal_distribution() -> None:
+    """At the edge of the sheet, two standard deviations, the logarithm has fallen by 2."""
+    one = sheet(motor__resistance=0.1, load__inertia=0.1)
+    pulls = np.array([1.0, -1.0])
+    assert one.price(pulls) == pytest.approx(2.0 * (2.0 + 2.0))
+    # A mean square counts in logarithms, as often as there is evidence.
+    assert math.log(one.priced(3.0, pulls) / 3.0) * one.evidence == pytest.approx(8.0)
+
+
+@pytest.mark.parametrize(
+    ("effect", "value"), [("resistance_error", 0.9), ("load_viscous_friction", 0.004)]
+)
+def test_an_effect_and_the_pull_of_its_constant_are_one_machine(effect, value) -> None:
+    """What an effect stands for is left out of the sheet, and comes back at the same value."""
+    one = sheet(motor__resistance=0.1, load__viscous_friction=0.1)
+    name = CATALOGUE[effect].parameters[0].name
+    row = one.index(CATALOGUE[effect].constant)
+    assert not one.free([effect])[row] and one.free([]).all()
+    pulls = one.pulled_to(effect, {name: value}, DRIVE)
+    on_top = value + (one.nominal[row] if CATALOGUE[effect].on_top else 0.0)
+    assert one.values(pulls)[row] == pytest.approx(on_top)
+
+
+def test_exact_constants_are_not_fitted() -> None:
+    """A sheet without tolerances holds nothing."""
+    assert len(sheet()) == 0 and sheet().price(np.zeros(0)) == 0.0
+
+
+class _Fitter:
+    """As much of a fitter as strains ask for."""
+
+    def __init__(self, rows: int) -> None:
+        self.sheet = sheet(motor__torque_constant=0.1, load__inertia=0.1, motor__resistance=0.1)
+        self.rows = np.ones(rows, dtype=bool)
+
+
+def test_a_shared_fault_is_laid_to_the_constant_whose_freedom_saves_all() -> None:
+    """Torque constant and inertia show their difference alone; resistance shows by itself.
+
+    With a difference of 6 the least price is 3 each: 4 x (9 + 9). Freeing either of the two saves
+    all of it, and moves the other back to 0; freeing the resistance, well seen at 1, saves 4.
+    """
+    fitter = _Fitter(3000)
+    keys = [key.split(".")[1] for key in fitter.sheet.keys]
+    order = [keys.index(name) for name in ("torque_constant", "inertia", "resistance")]
+    noise = np.random.default_rng(0).standard_normal((2, 3000))
+    jacobian = np.zeros((3000, 3))
+    jacobian[:, order[0]], jacobian[:, order[1]] = 50.0 * noise[0], -50.0 * noise[0]
+    jacobian[:, order[2]] = 50.0 * noise[1]
+    pulls = np.zeros(3)
+    pulls[order] = 3.0, -3.0, 1.0
+    fit = Fit({}, pulls, 0.5 * noise[:1], 1.0, 1.0, 1.0, (), (0, 1, 2), jacobian)
+    found = {keys[one.row]: one for one in strains(fit, fitter)}
+    for name, other in (("torque_constant", 1), ("inertia", 0)):
+        assert found[name].saved == pytest.approx(72.0, rel=0.01)
+        assert found[name].pulls[order[other]] == pytest.approx(0.0, abs=0.05)
+        assert abs(found[name].pull) == pytest.approx(6.0, rel=0.01)
+    assert found["resistance"].saved == pytest.approx(4.0, rel=0.01)
+
+
+@pytest.mark.slow
+def test_a_sound_machine_off_its_sheet_is_within_it() -> None:
+    """Every constant off by 2 %: no cause, and the constants that are seen in their intervals."""
+    case = Case(0, 3, "none", sheet=0.02)
+    drive = stated(DRIVE, 0.02)
+    result = diagnose(record_case(case, drive), drive)
+    assert result.verdict == "within_sheet" and result.causes == () and result.block is None
+    assert result.shrink > 0.97
+    true = true_constants(Stage.of(3, drive, 0.02).with_effects({}, 3))
+    seen = [one for one in result.sheet if one.seen]
+    inside = [one.low <= true[one.parameter] <= one.high for one in seen]
+    assert len(seen) >= 8 and np.mean(inside) >= 0.8
+    data = result.as_json()
+    assert data["gap"]["sheet"] == data["gap"]["after"] < 0.1 * data["gap"]["before"]
+    assert {one["parameter"] for one in data["sheet"]} == set(true)
+
+
+@pytest.mark.slow
+def test_a_fault_is_found_on_a_machine_off_its_sheet() -> None:
+    """Coulomb friction with every constant off by 2 %: named alone, its size in its interval."""
+    size = 0.11
+    effects = {"rotor_coulomb_friction": {"coulomb_nm": size}}
+    drive = stated(DRIVE, 0.02)
+    result = diagnose(record_case(Case(0, 8, "single", effects, sheet=0.02), drive), drive)
+    assert [one.effect for one in result.causes] == ["rotor_coulomb_friction"]
+    assert result.verdict == "explained" and result.causes[0].confidence > 0.9
+    (level,) = result.causes[0].parameters
+    assert level.low <= size <= level.high and level.value == pytest.approx(size, rel=0.03)
