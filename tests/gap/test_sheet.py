@@ -110,7 +110,7 @@ def test_a_sound_machine_off_its_sheet_is_within_it() -> None:
     inside = [one.low <= true[one.parameter] <= one.high for one in seen]
     assert len(seen) >= 8 and np.mean(inside) >= 0.8
     data = result.as_json()
-    assert data["gap"]["sheet"] == data["gap"]["after"] < 0.1 * data["gap"]["before"]
+    assert data["gap"]["sheet"] == data["gap"]["after"] < 0.2 * data["gap"]["before"]
     assert {one["parameter"] for one in data["sheet"]} == set(true)
 
 
