@@ -53,6 +53,17 @@ CONSTANTS: dict[str, Default] = {
     "controller.current.ki": Default(0.0, "a setting"),
 }
 
+# The same of a rigid drive, of those that its file states.
+RIGID: dict[str, Default] = {
+    "actuation.gain": Default(0.1, "torque constant, force per volt: 10 % on data sheets"),
+    "load.mass": CONSTANTS["load.inertia"],
+    "load.inertia": CONSTANTS["load.inertia"],
+    "load.viscous_friction": CONSTANTS["load.viscous_friction"],
+    "load.coulomb_friction": Default(0.5, "seals, guides, preload: temperature, running in"),
+    "load.constant_load": CONSTANTS["load.inertia"],
+    "load.stiffness": CONSTANTS["transmission.stiffness"],
+}
+
 _PREFIX = "tolerances"
 _LARGEST = 1.0  # relative: a constant that may as well be 0 is not known at all
 _TEXT = re.compile(r"\s*([0-9.eE+-]+)\s*(.*?)\s*")
@@ -61,7 +72,10 @@ Stated = Mapping[str, float | str]
 
 
 def stated_tolerances(
-    flat: Mapping[str, Any], units: Mapping[str, str], source: str
+    flat: Mapping[str, Any],
+    units: Mapping[str, str],
+    source: str,
+    constants: Mapping[str, Default] = CONSTANTS,
 ) -> dict[str, float | str]:
     """The `tolerances` of a drive file: {constant, or "all": relative, or text with a unit}.
 
@@ -69,6 +83,7 @@ def stated_tolerances(
         flat: dotted parameters of the file; keys that are no tolerances are passed over.
         units: of each constant, SI.
         source: names the file in errors.
+        constants: that may be uncertain in this kind of drive.
 
     Raises:
         InputError: a constant that has no tolerance, a unit that is not the constant's, a value
@@ -79,9 +94,9 @@ def stated_tolerances(
         if key != _PREFIX and not key.startswith(f"{_PREFIX}."):
             continue
         name = key.removeprefix(_PREFIX).removeprefix(".") or ALL
-        if name != ALL and name not in CONSTANTS:
-            near = difflib.get_close_matches(name, CONSTANTS, n=1)
-            hint = f"did you mean {near[0]}?" if near else f"expected {', '.join(CONSTANTS)} or all"
+        if name != ALL and name not in constants:
+            near = difflib.get_close_matches(name, constants, n=1)
+            hint = f"did you mean {near[0]}?" if near else f"expected {', '.join(constants)} or all"
             raise InputError(f"{source}: {key}: no constant {name} has a tolerance; {hint}")
         found[name] = _stated(value, "" if name == ALL else units[name], key, source)
     return found
@@ -113,16 +128,18 @@ def _stated(value: Any, unit: str, key: str, source: str) -> float | str:
     return number
 
 
-def half_widths(nominal: Mapping[str, float], stated: Stated) -> dict[str, float]:
+def half_widths(
+    nominal: Mapping[str, float], stated: Stated, constants: Mapping[str, Default] = CONSTANTS
+) -> dict[str, float]:
     """Tolerance of each constant in its own unit, 0 where it is exact.
 
     Args:
         nominal: {constant: value}.
-        stated: as `stated_tolerances` gives it.
+        stated: as `stated_tolerances` gives it. constants: that may be uncertain.
     """
     found = {}
     for key, value in nominal.items():
-        default = CONSTANTS[key].relative
+        default = constants[key].relative
         said = stated.get(key, stated.get(ALL) if default > 0.0 else None)
         if said == EXACT:
             found[key] = 0.0

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from ...drive.drive_file import NODE_KEYS, read_parameter_file, resolve_drive
+from ...drive.tolerances import RIGID, half_widths, stated_tolerances
 from ...errors import InputError
 from .acting import Acting, effects_table, parse
 
@@ -52,6 +53,7 @@ class Machine:
         position_resolution, position_noise, effort_noise: of the recorded signals; effort in the
             unit it was recorded in.
         bandwidth_hz: up to where effort and motion are compared; None: found from the recording.
+        tolerances: as the file states them, by key; see `drive.tolerances`.
         effects: what acts beyond these. effects_unit: of the effort their values are counted in;
             None where no value tells.
     """
@@ -77,6 +79,7 @@ class Machine:
     position_noise: float | None = None
     effort_noise: float | None = None
     bandwidth_hz: float | None = None
+    tolerances: Mapping[str, float | str] = dataclasses.field(default_factory=dict)
     effects: tuple[Acting, ...] = ()
     effects_unit: str | None = None
 
@@ -89,6 +92,20 @@ class Machine:
     def loop_known(self) -> bool:
         """Whether the file holds a controller that effort can be computed with."""
         return self.speed_kp is not None
+
+    def half_widths(self) -> dict[str, float]:
+        """Half width that holds 95 % of sound machines, of each constant that the file states.
+
+        By key and in its unit. A force or torque that was measured as such needs no gain.
+        """
+        nominal = {}
+        for key in RIGID:
+            item = KEYS[key]
+            value = getattr(self, item.field)
+            own = item.field == "gain" and self.actuation in ("force", "torque")
+            if value and not own and self.output in item.outputs:
+                nominal[key] = float(value)
+        return half_widths(nominal, self.tolerances, RIGID)
 
 
 @dataclass(frozen=True)
@@ -176,9 +193,9 @@ def load_machine(path: str | os.PathLike[str]) -> Machine:
 def machine_from_flat(flat: Mapping[str, Any], source: str) -> Machine:
     """`Machine` from dotted parameters; see `load_machine`."""
     acting = {}
-    known = ", ".join((*KEYS, "effects"))
+    known = ", ".join((*KEYS, "effects", "tolerances"))
     for key in flat:
-        if key in KEYS or key.split(".")[0] in NODE_KEYS:
+        if key in KEYS or key.split(".")[0] in ("tolerances", *NODE_KEYS):
             continue
         if key.startswith("effects.") and key.count(".") == 2:
             acting[key.removeprefix("effects.")] = flat[key]
@@ -196,8 +213,15 @@ def machine_from_flat(flat: Mapping[str, Any], source: str) -> Machine:
         if key in flat:
             values[one.field] = _value(flat[key], one, key, str(flat["drive.output"]), source)
     linear = values["output"] == "linear"
+    units = {key: KEYS[key].units[not linear] for key in RIGID}
+    stated = stated_tolerances(flat, units, source, RIGID)
     effects, unit = parse(acting, linear, values.get("lead"), source)
-    machine = Machine(**values, effects=effects, effects_unit=unit)
+    machine = Machine(
+        **values,
+        tolerances=stated,
+        effects=effects,
+        effects_unit=unit,
+    )
     _check_relations(machine, source)
     return _with_own_gain(machine)
 
