@@ -38,6 +38,7 @@ _SWEEPS = 2  # along size and phase of a periodic effect
 _NOISIEST = 4.0  # times a perfect model's misfit: no effect excuses more
 _AMPLIFIED = 1.2  # times a perfect model's misfit: from here on noise counts as amplified
 _NEAR_FLOOR = 1.3  # times a perfect model's cost: no closer look needed
+_ALONE = 2  # times the derivatives of a fit that has no constants beside it: they cost less
 _PRICE_MATTERS = 3.0  # times a perfect model's cost
 _STUCK = 0.95  # of the cost: a joint fit that leaves more has nothing to go on with
 _REACH = 60.0  # a fit may change a positive parameter by this factor either way
@@ -179,6 +180,8 @@ class Fitter:
         self.sheet = Sheet.of(replay.nominal, float(replay.time_s[-1]))
         self.held = held & replay.usable
         self.rows = ~held & replay.usable
+        # With constants to fit beside the effects, each stage but the last only leads on to the next.
+        self._least = _ON_THE_WAY if len(self.sheet) else _CONVERGED
         # Robust misfit of a perfect model: 0.92 for white noise at the floor.
         self.perfect = math.sqrt(max(cost(replay.healthy, replay.usable), 0.85))
 
@@ -251,9 +254,9 @@ class Fitter:
                     best = self._search_along(best, one, closely=not periodic)
                     replays += best.replays
         turned = self._turn(best)
-        found = self.fit(turned, steps=6, stage=COARSE, known=known, least=_ON_THE_WAY)
+        found = self.fit(turned, steps=6, stage=COARSE, known=known, least=self._least)
         again = self._turn(found)
-        finer = self.fit(again, steps=4, stage=MEDIUM, known=known, least=_ON_THE_WAY)
+        finer = self.fit(again, steps=4, stage=MEDIUM, known=known, least=self._least)
         replays += turned.replays + found.replays + again.replays + finer.replays
         return dataclasses.replace(finer, replays=replays)
 
@@ -264,11 +267,11 @@ class Fitter:
         if not self.sheet.free(start.values).any():
             return best
         for stage in (COARSE, MEDIUM):
-            best = self.fit(best, steps=5, stage=stage, known=known, least=_ON_THE_WAY)
+            best = self.fit(best, steps=5, stage=stage, known=known, least=self._least)
             replays += best.replays
         if best.fitted > _NEAR_FLOOR * self.perfect**2:
             again = self._search_along(best, one)
-            best = self.fit(again, steps=4, stage=MEDIUM, known=known, least=_ON_THE_WAY)
+            best = self.fit(again, steps=4, stage=MEDIUM, known=known, least=self._least)
             replays += again.replays + best.replays
         return dataclasses.replace(best, replays=replays)
 
@@ -281,9 +284,9 @@ class Fitter:
         replays, best = shaped.replays, shaped
         free = bool(self.sheet.free(start.values).any())
         far = free and shaped.fitted > _NEAR_FLOOR * self.perfect**2
+        steps = steps if free else _ALONE * steps
         for stage in (COARSE, MEDIUM, FINE) if far else (MEDIUM, FINE):
-            least = _CONVERGED if stage is FINE and not free else _ON_THE_WAY
-            best = self.fit(best, steps=steps, nuisances=True, stage=stage, least=least)
+            best = self.fit(best, steps=steps, nuisances=True, stage=stage, least=self._least)
             replays += best.replays
         # Far from the floor the price of the sheet decides nothing.
         if free and best.fitted < _PRICE_MATTERS * self.perfect**2:

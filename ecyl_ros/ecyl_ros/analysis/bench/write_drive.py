@@ -126,7 +126,7 @@ def _blocks(node: yaml.Node | None) -> list[yaml.MappingNode]:
         for key, value in node.value:
             if key.value == GROUP and isinstance(value, yaml.MappingNode) and value.value:
                 found.append(value)
-            else:
+            elif key.value != "tolerances":  # which has groups of the same names
                 found += _blocks(value)
     return found
 

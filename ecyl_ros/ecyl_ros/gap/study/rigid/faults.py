@@ -39,7 +39,7 @@ class Size:
         return {f"{stem}_{self.unit}": value / self.ratio}
 
     def slope(self, stem: str, value: float, per: str = "s_per_") -> Values:
-        """An effort per speed, or per travel with `per` "per_"."""
+        """An effort over speed, or over travel where `per` is `per_`."""
         return {f"{stem}_{self.unit}_{per}{'m' if self.linear else 'rad'}": value / self.ratio}
 
 
