@@ -180,7 +180,7 @@ class Fitter:
         self.sheet = Sheet.of(replay.nominal, float(replay.time_s[-1]))
         self.held = held & replay.usable
         self.rows = ~held & replay.usable
-        # With constants to fit beside the effects, each stage but the last only leads on to the next.
+        # With constants beside the effects, a stage but the last only leads on to the next.
         self._least = _ON_THE_WAY if len(self.sheet) else _CONVERGED
         # Robust misfit of a perfect model: 0.92 for white noise at the floor.
         self.perfect = math.sqrt(max(cost(replay.healthy, replay.usable), 0.85))
