@@ -11,7 +11,14 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
-VERDICTS = ("no_gap", "within_sheet", "explained", "partly_explained", "unexplained")
+VERDICTS = (
+    "no_gap",
+    "within_sheet",
+    "explained",
+    "partly_explained",
+    "unexplained",
+    "not_judgeable",
+)
 
 
 @dataclass(frozen=True)
@@ -246,6 +253,7 @@ class Diagnosis:
     stretches: tuple[StretchGap, ...] = ()
     sheet: tuple[SheetValue, ...] = ()
     within_sheet: float | None = None
+    reason: str = ""
 
     @property
     def closes(self) -> bool:
@@ -259,6 +267,7 @@ class Diagnosis:
             "recording": self.source,
             "drive": self.drive,
             "verdict": self.verdict,
+            "reason": self.reason,
             "location": {
                 "block": self.block,
                 "signals": [

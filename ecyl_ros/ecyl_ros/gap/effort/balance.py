@@ -21,6 +21,7 @@ HELD_OUT_EVERY = 3  # one stretch in so many is never fitted
 MOST_STRETCHES = 48  # what is left is correlated over time: more of them say no more
 _LOSS = 5.0  # residuals beyond so many robust standard deviations lose their weight (Cauchy)
 _ROUNDS = 6
+_FOLLOWING = ("actuation_delay", "load_dependent_friction", "torque_ripple")
 _FORM = 1e-3  # half width, as a share of the value, that no interval falls below
 
 
@@ -100,7 +101,7 @@ class Balance:
         )
         self.held: BoolArray = self.stretch % HELD_OUT_EVERY == 1
         self.fold: NDArray[np.int64] = self.stretch // HELD_OUT_EVERY % self.FOLDS
-        self._cache: dict[str, FloatArray] = {}
+        self._cache: dict[str, tuple[Term, FloatArray]] = {}
 
     @property
     def fitted(self) -> BoolArray:
@@ -118,9 +119,11 @@ class Balance:
             return np.zeros((self.target.size, 0))
         made = []
         for one in terms:
-            if one.key not in self._cache or one.key in ("delay", "load friction"):
-                self._cache[one.key] = self.motion.filtered(one.columns)
-            made.append(self._cache[one.key])
+            # Columns that follow what is explained so far may be others of the same key.
+            last = self._cache.get(one.key)
+            if last is None or last[0] is not one and one.effect in _FOLLOWING:
+                last = self._cache[one.key] = (one, self.motion.filtered(one.columns))
+            made.append(last[1])
         return np.concatenate(made).T
 
     def fit(
