@@ -7,6 +7,7 @@ what stands above the floor and by more than the stretches differ among themselv
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, field
@@ -72,6 +73,20 @@ def compete(
     return _Run(balance, catalogue, floor, without, progress).run()
 
 
+def concluded(
+    balance: Balance,
+    catalogue: Catalogue,
+    floor: float,
+    without: Collection[str],
+    contest: Contest,
+    chosen: Sequence[Term],
+) -> Contest:
+    """A contest as if `chosen` had come out of it, less what is not missed beside the others."""
+    run = _Run(balance, catalogue, floor, without, lambda share: None)
+    run.fits, run.tried = contest.fits, contest.tried
+    return run.conclusion(contest.base, run.pruned(chosen), contest.singles)
+
+
 class _Run:
     def __init__(
         self,
@@ -107,6 +122,16 @@ class _Run:
             chosen = self._afresh(self._look_back(self._swapped(taken)))
             current = self._fit(chosen)
         chosen = self._afresh(self._simpler(self._look_back(chosen)))
+        return self.conclusion(base, chosen, singles)
+
+    def pruned(self, chosen: Sequence[Term]) -> list[Term]:
+        """`chosen` without what is barred or no longer missed."""
+        return self._look_back([one for one in chosen if one.effect not in self.barred])
+
+    def conclusion(
+        self, base: Solution, chosen: Sequence[Term], singles: Sequence[Solution]
+    ) -> Contest:
+        """The contest that a set has won."""
         current = self._fit(chosen)
         order, path = self._ordered(chosen)
         less = {}
@@ -377,21 +402,35 @@ class _Run:
             gone = [one for one in chosen if one.effect == out]
             rest = [one for one in chosen if one.effect != out]
             current = self._fit(rest)
-            pool = [one for one in self._candidates(current, rest) if one.effect != out]
+            pool = [
+                one
+                for one in self._candidates(current, rest)
+                if one.effect != out or self._elsewhere(one, gone)
+            ]
             pool += self._twins(gone[0], current)
             others = [*rest, *gone[1:]]  # of several orders or lines the strongest gives way
             pairs = [(one, self._fit(self._with(others, one))) for one in pool]
             found[out] = tuple(sorted(pairs, key=lambda pair: self._held_rms(pair[1])))
         return found
 
+    def _elsewhere(self, one: Term, found: Sequence[Term]) -> bool:
+        """Whether a line is another one than those found: more than one of its widths away."""
+        if one.effect not in _PERIODIC:
+            return False
+        along = np.ptp(self.balance.time_s) if one.effect == "periodic_disturbance" else 0.0
+        along = along or float(np.ptp(self.catalogue.turn[0])) / math.tau
+        return all(abs(one.rate - other.rate) * along > 2.0 for other in found)
+
     def _twins(self, one: Term, rest: Solution) -> list[Term]:
         """What a periodic effect looks like where speed, or effort, hardly varies."""
         catalogue, motion = self.catalogue, self.balance.motion
+        if one.key == "gravity" and "spring_load" not in self.barred:
+            # Over a small travel a weight is a slope, which may fall as well as rise.
+            return [dataclasses.replace(catalogue.spring(), key="slope", low=(-math.inf,) * 2)]
         if one.effect not in _PERIODIC:
             return []
         found: list[Term] = []
-        angle = catalogue.turn[0]
-        rate = float(np.median(np.abs(np.gradient(angle)))) * motion.rate_hz
+        rate = float(np.median(np.abs(motion.velocity[motion.usable]))) * catalogue.turn_rate
         if one.effect == "periodic_disturbance":
             if rate > 0.0:
                 found.append(catalogue.cogging(self._aligned(one, rate, False)))

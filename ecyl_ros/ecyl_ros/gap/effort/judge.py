@@ -13,7 +13,7 @@ from ...recording.signals import Recording
 from ..diagnosis import Diagnosis
 from .assemble import Assembly
 from .balance import Balance, Solution
-from .compete import compete
+from .compete import compete, concluded
 from .floor import repeatability, white_floor
 from .machine import Machine
 from .motion import Motion, motion_of
@@ -66,13 +66,22 @@ def diagnose_effort(
             f"{8 * _TOO_LITTLE}: more seconds, or fewer gaps"
         )
     floor, floor_is = _floor(balance, catalogue, machine, _broad(balance, catalogue))
+    floor = min(floor, float(np.std(balance.effort[balance.usable])) or floor)
     contest = compete(balance, catalogue, floor, without, lambda share: tell(0.1 + 0.4 * share))
     # What depends on time, or varies fast over the position, does not repeat until it is known.
     finer, finer_is = _floor(balance, catalogue, machine, contest.winner)
+    # A fit that leaves less than the floor on rows it never saw refutes the floor.
+    left = float(np.sqrt(np.mean(contest.winner.residual[balance.judged] ** 2)))
+    if left < finer:
+        finer, finer_is = max(left, white_floor(balance, None)), "what the closest model leaves"
     if finer < _FINER * floor:
         floor, floor_is = finer, finer_is
         contest = compete(balance, catalogue, floor, without, lambda share: tell(0.5 + 0.4 * share))
     judgement = Judgement(balance, catalogue, contest, floor, floor_is)
+    simplest = judgement.simplest()
+    if simplest is not None:
+        contest = concluded(balance, catalogue, floor, without, contest, simplest)
+        judgement = Judgement(balance, catalogue, contest, floor, floor_is)
     result = Assembly(judgement, mode).diagnosis(source, drive_name, begin, recording)
     tell(1.0)
     return result

@@ -245,6 +245,24 @@ class Judgement:
         }
         return found
 
+    def simplest(self) -> list[Term] | None:
+        """The closest set with friction of one level, where its finer forms cannot be told apart.
+
+        That there is friction is then sure, its form is not. None where nothing is to be changed.
+        """
+        order = list(self.contest.order)
+        plain = self.catalogue.coulomb()
+        for at, term in enumerate(order):
+            if plain.effect not in term.refines:
+                continue
+            acts, sure, names = self._certainty(term, 0.0)
+            if self._void[term.key] or (acts >= NAMED > sure and names):
+                rest = [*order[:at], *order[at + 1 :]]
+                viscous = self.catalogue.viscous()
+                more = [viscous] if viscous.effect in term.refines else []
+                return [*rest, plain, *more]
+        return None
+
     def _part(self) -> dict[str, float]:
         """Share of the squared gap that each effect's part of the closest fit accounts for.
 
@@ -275,8 +293,10 @@ class Judgement:
         winner = self.contest.winner
         best = max(self.rms(winner), 1e-300)
         held = {one.effect for one in self.contest.order}
+        # The same columns, but less common; of a term of several parts they give but one.
+        parts = 1 + bool(term.refines)
         weights = {
-            name: min(_UNLIKELY, _UNLIKELY ** (rarity(name) - rarity(term.effect)))
+            name: _UNLIKELY ** max(parts, rarity(name) - rarity(term.effect))
             for name in term.alternatives
         }
         behind = best + max(lost, 0.0)
@@ -287,17 +307,24 @@ class Judgement:
         )
         own = self._apart(winner, self.contest.without[term.effect])
         for other, rival in self.contest.swaps[term.effect]:
-            if term.effect in other.refines or other.effect in held:
+            if term.effect in other.refines or self._within(term, other):
+                continue  # a finer form of the same
+            if other.effect == term.effect:  # another order or line, as good as the one found
+                behind = min(behind, max(self.rms(rival), best))
+                continue
+            if other.effect in held:
                 continue
             apart = self._apart(winner, rival)
-            richer = self._within(other, term)
-            if not richer and apart <= min(unknown, math.sqrt(_OWN) * own):
+            simpler = self._within(other, term)
+            if not simpler and apart <= min(unknown, math.sqrt(_OWN) * own):
                 weight = _UNLIKELY ** (rarity(other.effect) - rarity(term.effect))
                 weights.setdefault(other.effect, weight)
             else:
                 behind = min(behind, max(self.rms(rival), best))
         sure = 1.0 - math.exp(-max(behind / best - 1.0, 0.0) / 0.03)
         acts = min(0.5 + 0.5 * sure, _CERTAIN)
+        # What is rare has to stand above what is unknown anyway.
+        acts = min(acts, 1.0 / (1.0 + rarity(term.effect) * (unknown / max(own, 1e-300)) ** 2))
         return acts, acts / (1.0 + sum(weights.values())), tuple(weights)
 
     def _apart(self, one: Solution, other: Solution) -> float:

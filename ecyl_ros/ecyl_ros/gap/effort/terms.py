@@ -147,10 +147,10 @@ class Catalogue:
             case "gravity_on_arm":
                 term, parts = self.gravity(), _parts(values["amplitude"], values["phase"])
             case "cogging_torque":
-                term = self.cogging(values["wave"] / self._turn_rate)
+                term = self.cogging(values["wave"] / self.turn_rate)
                 parts = _parts(values["amplitude"], values["phase"])
             case "torque_ripple":
-                term = self.ripple(values["wave"] / self._turn_rate, effort)
+                term = self.ripple(values["wave"] / self.turn_rate, effort)
                 parts = _parts(values["fraction"], values["phase"])
             case "periodic_disturbance":
                 term = self.disturbance(values["frequency"])
@@ -471,7 +471,7 @@ class Catalogue:
         return position, "period_m", "m"
 
     @property
-    def _turn_rate(self) -> float:
+    def turn_rate(self) -> float:
         """Rad of the angle that orders count, per m or rad of the output."""
         lead = self.machine.lead
         return math.tau / lead if self.machine.linear and lead is not None else 1.0
@@ -495,7 +495,7 @@ class Catalogue:
                 (units.level("amplitude"), units.effort, float(np.hypot(c[0], c[1]))),
                 (name, unit, shown),
             ),
-            values=lambda c: _polar("amplitude", c) | {"wave": order * self._turn_rate},
+            values=lambda c: _polar("amplitude", c) | {"wave": order * self.turn_rate},
             low=(-math.inf, -math.inf),
             fixed={name: shown},
             alternatives=self._once(order, name),
@@ -526,7 +526,7 @@ class Catalogue:
                 ("fraction", "1", float(np.hypot(c[0], c[1]))),
                 (name, unit, shown),
             ),
-            values=lambda c: _polar("fraction", c) | {"wave": order * self._turn_rate},
+            values=lambda c: _polar("fraction", c) | {"wave": order * self.turn_rate},
             low=(-math.inf, -math.inf),
             fixed={name: shown},
             extent=self._extent(name, order),
