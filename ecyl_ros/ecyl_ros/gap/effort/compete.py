@@ -372,7 +372,8 @@ class _Run:
         now = balance.cross_validated([*self.unknown, *chosen], full.scale)
         cap = _cap(now)
         now = np.minimum(now, cap)
-        pair = [catalogue.coulomb(), catalogue.constant()]
+        level = any(one.effect == "spring_load" or one.key == "gravity" for one in rest)
+        pair = [catalogue.coulomb()] if level else [catalogue.coulomb(), catalogue.constant()]
         for parts in (pair, [*pair, catalogue.viscous()]):
             if any(one.effect in self.barred for one in parts):
                 continue
@@ -409,7 +410,11 @@ class _Run:
             ]
             pool += self._twins(gone[0], current)
             others = [*rest, *gone[1:]]  # of several orders or lines the strongest gives way
-            pairs = [(one, self._fit(self._with(others, one))) for one in pool]
+            # Without the mean that a sine is given to earn its place: that is an effect itself.
+            pairs = [
+                (one, self._fit([*(o for o in others if o.effect not in one.refines), one]))
+                for one in pool
+            ]
             found[out] = tuple(sorted(pairs, key=lambda pair: self._held_rms(pair[1])))
         return found
 

@@ -62,8 +62,9 @@ def diagnose_effort(
     balance = Balance(motion, catalogue.nominal())
     if int(balance.usable.sum()) < 8 * _TOO_LITTLE:
         raise InputError(
-            f"{source}: {int(balance.usable.sum())} samples can be compared, expected at least "
-            f"{8 * _TOO_LITTLE}: more seconds, or fewer gaps"
+            f"{source}: {int(balance.usable.sum())} samples can be compared at a bandwidth of "
+            f"{motion.bandwidth_hz:.3g} Hz, expected at least {8 * _TOO_LITTLE}: more seconds, "
+            "fewer gaps, or a higher judge.bandwidth where noise of the position allows it"
         )
     floor, floor_is = _floor(balance, catalogue, machine, _broad(balance, catalogue))
     floor = min(floor, float(np.std(balance.effort[balance.usable])) or floor)

@@ -8,6 +8,7 @@ from .balance import Balance, Interval, Solution
 from .terms import Catalogue, Term
 
 _AT_BOUND = 1e-6  # of a term's largest coefficient: so near, it is the bound
+_INFLATED = 10.0  # beyond so much variance inflation columns count as one (Marquardt, 1970)
 _RARE = 1.96  # standard deviations that 95 % of all lie within
 
 
@@ -51,9 +52,20 @@ def why_not(
         if spans[1].value - half <= spans[0].value:
             return "the surplus at rest is within its interval"
         return ""
+    if term.key == "viscous" and _inflated(balance, catalogue, term) > _INFLATED:
+        return "the speed varies too little to tell it from friction of one level or a constant"
     if shown.low <= 0.0 <= shown.high:
         return f"its interval, {shown.low:.3g} to {shown.high:.3g} {shown.unit}, holds 0"
     return ""
+
+
+def _inflated(balance: Balance, catalogue: Catalogue, term: Term) -> float:
+    """Variance inflation of a term by friction of one level and a constant, in the set or not."""
+    rows = balance.usable
+    own = balance.columns([term])[rows, 0]
+    level = balance.columns([catalogue.coulomb(), catalogue.constant()])[rows]
+    rest = own - level @ np.linalg.lstsq(level, own, rcond=None)[0]
+    return float(np.sum(own**2) / max(np.sum(rest**2), 1e-300))
 
 
 def _one_for_both(balance: Balance, solution: Solution, term: Term, at: int) -> str:

@@ -29,6 +29,7 @@ _CERTAIN = 0.97  # the most that a cause found by effort is believed
 _SMALL = 0.03  # share of the gap that an effect has to take off to be named
 _ALIKE = 0.2  # of what is left: sets that differ by less (2 % of its RMS) cannot be told apart
 _OWN = 0.5  # share of an effect's power that another has to take over to be its like
+_MOST = 0.5  # share of what is explained that has to be named to count for the whole
 _FLAT = 0.7  # share of the signal that its floor may have: half of the power is unknown beyond
 _SLOW = 3.0  # times the speed over which the sign of the speed is softened
 _SMEARED = 0.75  # periods of the bandwidth over which the filter spreads what happens at rest
@@ -96,6 +97,7 @@ class Judgement:
         self._sure: dict[str, tuple[float, float]] = {}
         self._alike: dict[str, tuple[str, ...]] = {}
         self._shares: dict[str, float] = {}
+        self._shares_all: dict[str, float] = {}
         self._void: dict[str, str] = self._voids()
 
     def rms(self, solution: Solution, rows: BoolArray | None = None) -> float:
@@ -141,7 +143,12 @@ class Judgement:
             causes = self._sure_ones(causes, before, surplus)
             if not causes:
                 reason = self._undecided(contest)
-            contest, best = self.contest, self.rms(self.contest.winner)
+            # Where what is named makes up most of it, the figures are of the whole set.
+            kept = {one.effect for one in causes}
+            explained = sum(self._shares_all.values())
+            most = sum(self._shares_all[name] for name in kept) >= _MOST * explained
+            if not most:
+                contest, best = self.contest, self.rms(self.contest.winner)
             named = bool(causes) and self._helps(before, best, surplus)
         if causes and not named and not no_gap:
             tried = ", ".join(one.title for one in causes)
@@ -149,6 +156,7 @@ class Judgement:
         final = contest.winner if named else contest.base
         after = self.rms(final)
         shrink = max(0.0, min(1.0, (before - after) / surplus)) if named else 0.0
+        whole = not named or len(self.contest.order) == len(contest.order)
         signal = float(np.sqrt(np.mean(self.balance.effort[self.judged] ** 2)))
         flat = self.floor > _FLAT * signal and after <= STRUCTURELESS * self.floor
         if flat:
@@ -163,7 +171,7 @@ class Judgement:
             verdict = "no_gap"
         elif not named:
             verdict = "not_judgeable" if reason else "unexplained"
-        elif shrink >= EXPLAINED_SHRINK and after <= STRUCTURELESS * self.floor and not flat:
+        elif shrink >= EXPLAINED_SHRINK and after <= STRUCTURELESS * self.floor and whole and not flat:
             verdict = "explained"
         else:
             verdict = "partly_explained"
@@ -215,6 +223,7 @@ class Judgement:
         contest = self.contest
         found = []
         shares = self._part()
+        self._shares_all = self._shares_all or dict(shares)
         previous = before
         for term, fit in zip(contest.order, contest.path, strict=True):
             now = self.rms(fit)
@@ -307,7 +316,7 @@ class Judgement:
         )
         own = self._apart(winner, self.contest.without[term.effect])
         for other, rival in self.contest.swaps[term.effect]:
-            if term.effect in other.refines or self._within(term, other):
+            if term.effect in other.refines or self._finer(rival, winner, term):
                 continue  # a finer form of the same
             if other.effect == term.effect:  # another order or line, as good as the one found
                 behind = min(behind, max(self.rms(rival), best))
@@ -315,8 +324,9 @@ class Judgement:
             if other.effect in held:
                 continue
             apart = self._apart(winner, rival)
-            simpler = self._within(other, term)
-            if not simpler and apart <= min(unknown, math.sqrt(_OWN) * own):
+            simpler = self._within([other], [term])
+            near = apart <= unknown or self.rms(rival) <= math.hypot(1.0, _ALIKE) * best
+            if not simpler and near and apart <= math.sqrt(_OWN) * own:
                 weight = _UNLIKELY ** (rarity(other.effect) - rarity(term.effect))
                 weights.setdefault(other.effect, weight)
             else:
@@ -324,7 +334,7 @@ class Judgement:
         sure = 1.0 - math.exp(-max(behind / best - 1.0, 0.0) / 0.03)
         acts = min(0.5 + 0.5 * sure, _CERTAIN)
         # What is rare has to stand above what is unknown anyway.
-        acts = min(acts, 1.0 / (1.0 + rarity(term.effect) * (unknown / max(own, 1e-300)) ** 2))
+        acts = min(acts, 1.0 / (1.0 + rarity(term.effect) * (unknown / max(own, 1e-9 * best)) ** 2))
         return acts, acts / (1.0 + sum(weights.values())), tuple(weights)
 
     def _apart(self, one: Solution, other: Solution) -> float:
@@ -332,9 +342,15 @@ class Judgement:
         rows = self.balance.usable
         return float(np.sqrt(np.mean((one.residual - other.residual)[rows] ** 2)))
 
-    def _within(self, simple: Term, full: Term) -> bool:
-        """Whether one term is a special case of another: then it is a simpler form, no rival."""
-        few, many = self.balance.columns([simple]), self.balance.columns([full])
+    def _finer(self, rival: Solution, winner: Solution, term: Term) -> bool:
+        """Whether a rival holds all that the closest set does with `term`, and more."""
+        size = sum(one.columns.shape[0] for one in winner.terms)
+        more = sum(one.columns.shape[0] for one in rival.terms) > size
+        return more and self._within([term], rival.terms)
+
+    def _within(self, simple: Sequence[Term], full: Sequence[Term]) -> bool:
+        """Whether terms are a special case of others: then they are a simpler form, no rival."""
+        few, many = self.balance.columns(simple), self.balance.columns(full)
         if few.shape[1] >= many.shape[1]:
             return False
         rows = self.balance.usable
