@@ -28,6 +28,7 @@ _WANDERS = 0.05  # share of the effort that may not repeat where there is to be 
 _CERTAIN = 0.97  # the most that a cause found by effort is believed
 _SMALL = 0.03  # share of the gap that an effect has to take off to be named
 _ALIKE = 0.2  # of what is left: sets that differ by less (2 % of its RMS) cannot be told apart
+_SAME = 0.01  # of the power of columns: they span the same but next to a reversal
 _OWN = 0.5  # share of an effect's power that another has to take over to be its like
 _MOST = 0.5  # share of what is explained that has to be named to count for the whole
 _FLAT = 0.7  # share of the signal that its floor may have: half of the power is unknown beyond
@@ -355,7 +356,7 @@ class Judgement:
             return False
         rows = self.balance.usable
         made = many[rows] @ np.linalg.lstsq(many[rows], few[rows], rcond=None)[0]
-        return bool(np.sum((few[rows] - made) ** 2) <= 1e-6 * np.sum(few[rows] ** 2))
+        return bool(np.sum((few[rows] - made) ** 2) <= _SAME * np.sum(few[rows] ** 2))
 
     def _rival(self, one: Solution) -> bool:
         """Whether a set could take the winner's place: it does not contain it."""

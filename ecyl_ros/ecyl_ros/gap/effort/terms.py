@@ -24,6 +24,7 @@ from .motion import Motion
 from .units import Units
 
 _SOFT = 1e-3  # of the largest speed: below it the sign of the speed is not trusted
+_SOFTEST = 0.03  # of it: beyond, a level would look like a rise with speed
 _SPEEDS = 7  # Stribeck speeds tried
 _ROUNDS = 4  # a ripple's share of itself: a third of a third of a third is below any floor
 _ONCE = 0.1  # an order this near to 1 is once per turn
@@ -93,9 +94,8 @@ class Catalogue:
         usable = motion.usable
         speed = motion.velocity
         top = float(np.quantile(np.abs(speed[usable]), 0.99))
-        noise = speed_noise(motion)
         self.top_speed = top
-        self.soft = max(_SOFT * top, 3.0 * noise, 1e-12)
+        self.soft = max(_SOFT * top, min(3.0 * motion.speed_noise, _SOFTEST * top), 1e-12)
         self.sign = np.tanh(speed / self.soft)
         self.forwards = np.maximum(self.sign, 0.0)
         self.backwards = np.minimum(self.sign, 0.0)
@@ -558,15 +558,6 @@ class Catalogue:
 def rarity(effect: str) -> int:
     """How rare an effect is, 0 to 2: where two do nearly as well, what is common goes first."""
     return _RARE.get(effect, 0)
-
-
-def speed_noise(motion: Motion) -> float:
-    """Standard deviation of the low-passed speed, from the position's noise.
-
-    White noise of sigma, differentiated, up to the cutoff f_c: 2 pi sigma sqrt(2 f_c^3 / (3 f_s)).
-    """
-    cutoff = min(2.5 * motion.bandwidth_hz, 0.45 * motion.rate_hz)
-    return math.tau * motion.position_noise * math.sqrt(2.0 * cutoff**3 / (3.0 * motion.rate_hz))
 
 
 def _parts(amplitude: float, phase: float) -> list[float]:
