@@ -22,6 +22,7 @@ from .terms import Catalogue
 
 SHORTEST_S = 3.0
 _FINER = 0.8  # a floor below this share of the last one has the effects compete anew
+_REFUTED = 0.5  # of the floor: what leaves less on unseen rows shows that it is no floor
 _TOO_LITTLE = 24  # compared samples per second of use: fewer stretches say nothing
 
 
@@ -71,9 +72,9 @@ def diagnose_effort(
     contest = compete(balance, catalogue, floor, without, lambda share: tell(0.1 + 0.4 * share))
     # What depends on time, or varies fast over the position, does not repeat until it is known.
     finer, finer_is = _floor(balance, catalogue, machine, contest.winner)
-    # A fit that leaves less than the floor on rows it never saw refutes the floor.
+    # A fit that leaves far less than the floor on rows it never saw refutes the floor.
     left = float(np.sqrt(np.mean(contest.winner.residual[balance.judged] ** 2)))
-    if left < finer:
+    if left < _REFUTED * finer:
         finer, finer_is = max(left, white_floor(balance, None)), "what the closest model leaves"
     if finer < _FINER * floor:
         floor, floor_is = finer, finer_is

@@ -59,6 +59,7 @@ class Motion:
         mode: NaN where not recorded.
         usable: bool[n], False beside gaps, at the ends and where another mode ruled.
         position_noise: standard deviation of the position's noise. speed_noise: of `velocity`.
+        standing: share of the motion over which the effort stood still, as it can not.
         bandwidth_hz: of the comparison. step: samples of the grid per compared sample.
         notes: what was found lacking.
     """
@@ -80,6 +81,7 @@ class Motion:
     rate_hz: float
     position_noise: float
     speed_noise: float
+    standing: float
     bandwidth_hz: float
     step: int
     notes: tuple[str, ...] = ()
@@ -155,9 +157,12 @@ def motion_of(
     noise = machine.position_noise
     if noise is None:
         noise = position_noise(position, rate, usable)
+    stood = 0.0
     if with_effort.any():
         standing = _standing(effort, position, noise, rate) & usable
         if standing.any() and not standing[usable].all():
+            steps = np.abs(np.diff(position, prepend=position[0]))
+            stood = float(steps[standing].sum() / max(steps[usable].sum(), 1e-300))
             usable &= ~standing
             notes.append(
                 f"the effort stands still for {standing.sum() / rate:.3g} s while the output "
@@ -220,6 +225,7 @@ def motion_of(
         rate_hz=rate,
         position_noise=noise,
         speed_noise=spread,
+        standing=stood,
         bandwidth_hz=bandwidth,
         step=max(1, int(rate / (_SAMPLES_PER_PERIOD * bandwidth))),
         notes=tuple(notes),

@@ -333,7 +333,8 @@ class Judgement:
             else:
                 behind = min(behind, max(self.rms(rival), best))
         sure = 1.0 - math.exp(-max(behind / best - 1.0, 0.0) / 0.03)
-        acts = min(0.5 + 0.5 * sure, _CERTAIN)
+        # Where the effort stood still while the output moved, something else drives it, too.
+        acts = min(0.5 + 0.5 * sure, _CERTAIN) * (1.0 - self.motion.standing)
         # What is rare has to stand above what is unknown anyway.
         acts = min(acts, 1.0 / (1.0 + rarity(term.effect) * (unknown / max(own, 1e-9 * best)) ** 2))
         return acts, acts / (1.0 + sum(weights.values())), tuple(weights)
