@@ -126,7 +126,7 @@ class Balance:
         for one in terms:
             # Columns that follow what is explained so far may be others of the same key.
             last = self._cache.get(one.key)
-            if last is None or last[0] is not one and one.effect in _FOLLOWING:
+            if last is None or (last[0] is not one and one.effect in _FOLLOWING):
                 last = self._cache[one.key] = (one, self.motion.filtered(one.columns))
             made.append(last[1])
         return np.concatenate(made).T

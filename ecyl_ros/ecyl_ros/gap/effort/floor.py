@@ -27,13 +27,13 @@ _FEWEST = 100  # pairs that say something
 class Pairs(NamedTuple):
     """Instants (rows of `rows`) and those in nearly the same state of motion at other times.
 
-    rows: int64[m]. distance: float64[m, k], of the state's spread. index: int64[m, k]. other:
+    rows: int64[m]. distance: float64[m, k], of the state's spread. neighbour: int64[m, k]. other:
     bool[m, k], at another time.
     """
 
     rows: NDArray[np.int64]
     distance: FloatArray
-    index: NDArray[np.int64]
+    neighbour: NDArray[np.int64]
     other: BoolArray
 
 
@@ -67,7 +67,7 @@ def coherence(found: Pairs, time_s: FloatArray, frequency_hz: float) -> float:
     if rows.size < _FEWEST:
         return 0.0
     at = time_s[found.rows]
-    apart = at[rows] - at[found.index[rows, first[rows]]]
+    apart = at[rows] - at[found.neighbour[rows, first[rows]]]
     return abs(float(np.mean(np.cos(math.tau * frequency_hz * apart))))
 
 

@@ -38,6 +38,7 @@ _QUIETER = 0.5  # times the noise of differences: below, the recorded speed is t
 _LAG = 0.02  # of the speed's spread that a recorded speed may be off beyond noise
 _FROZEN, _FROZEN_S = 20, 0.25  # samples and seconds for which an effort has to stand still
 _RUNS = 10  # runs of equal values, with which they are usual
+_LIVELY = 0.5  # share of the other samples at which it changes
 _MOVED = 0.01  # of the travel, that the output has to move meanwhile
 _EVEN = 0.02  # steps of the stamps may differ by this share and still be called even
 
@@ -293,7 +294,9 @@ def _standing(effort: FloatArray, position: FloatArray, noise: float, rate: floa
         limit = abs(effort[begin]) >= (1.0 - 1e-9) * size and size > 0.0
         if long and not limit and float(np.ptp(position[part])) > away:
             found[part] = True
-    return found
+    # An effort commanded in steps stands all the time: only one that else changes is not measured.
+    changes = ~same[:-1][~found]
+    return found if changes.size and float(np.mean(changes)) > _LIVELY else np.zeros_like(found)
 
 
 def _grid(recording: Recording, source: str) -> tuple[FloatArray, float, list[str]]:

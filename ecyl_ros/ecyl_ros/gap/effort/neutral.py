@@ -5,8 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from .balance import Balance, Interval, Solution
+from .compete import LATE
 from .terms import Catalogue, Term
 
+SAMPLING = "within the lag of sampling and holding"
 _AT_BOUND = 1e-6  # of a term's largest coefficient: so near, it is the bound
 _INFLATED = 10.0  # beyond so much variance inflation columns count as one (Marquardt, 1970)
 _RARE = 1.96  # standard deviations that 95 % of all lie within
@@ -39,6 +41,8 @@ def why_not(
     if term.key == "gain":
         gain = catalogue.machine.gain or 1.0
         return "its interval holds the value of the file" if first.low <= gain <= first.high else ""
+    if term.key == "delay" and first.value <= LATE / balance.motion.rate_hz:
+        return SAMPLING
     if term.key == "by_direction":
         return _one_for_both(balance, solution, term, spare)
     low = np.array(term.low)
@@ -73,10 +77,8 @@ def _one_for_both(balance: Balance, solution: Solution, term: Term, at: int) -> 
     values = solution.of(term)
     covariance = balance.covariance(solution, balance.usable)[0][at : at + 4, at : at + 4]
     low = np.array(term.low)
-    if np.all(values[::2] - low[::2] <= _AT_BOUND * np.abs(values).max()) or np.all(
-        values[1::2] - low[1::2] <= _AT_BOUND * np.abs(values).max()
-    ):
-        return "one direction has none of it at all"
+    if np.any(values - low <= _AT_BOUND * np.abs(values).max()):
+        return "one direction stands at its bound"
     for one, other in ((0, 1), (2, 3)):
         gap = values[one] - values[other]
         spread = covariance[one, one] + covariance[other, other] - 2.0 * covariance[one, other]

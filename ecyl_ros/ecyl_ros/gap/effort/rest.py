@@ -1,4 +1,4 @@
-"""Rest: where the output stands, friction holds whatever it must, and a balance says nothing of it."""
+"""Rest: where the output stands, friction holds what it must, and a balance says nothing of it."""
 
 from __future__ import annotations
 

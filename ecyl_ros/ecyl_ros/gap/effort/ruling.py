@@ -16,7 +16,7 @@ from ..verdict import EXPLAINED_SHRINK, NAMED, NO_GAP_RATIO, STRUCTURELESS
 from .balance import Balance, Interval, Solution
 from .compete import LATE, Contest
 from .floor import white_floor
-from .neutral import why_not
+from .neutral import SAMPLING, why_not
 from .terms import Catalogue, Term, rarity
 
 # Share of the gap that must be gone for anything to be named. Less than in replay: the floor of a
@@ -99,6 +99,7 @@ class Judgement:
         self._alike: dict[str, tuple[str, ...]] = {}
         self._shares: dict[str, float] = {}
         self._shares_all: dict[str, float] = {}
+        self._competed = len(contest.order)
         self._void: dict[str, str] = self._voids()
 
     def rms(self, solution: Solution, rows: BoolArray | None = None) -> float:
@@ -150,14 +151,15 @@ class Judgement:
             most = sum(self._shares_all[name] for name in kept) >= _MOST * explained
             if not most:
                 contest, best = self.contest, self.rms(self.contest.winner)
-            named = bool(causes) and self._helps(before, best, surplus)
+            named = bool(causes)
         if causes and not named and not no_gap:
             tried = ", ".join(one.title for one in causes)
             self.notes.append(f"closest in the catalogue, but too unsure to be named: {tried}")
         final = contest.winner if named else contest.base
         after = self.rms(final)
         shrink = max(0.0, min(1.0, (before - after) / surplus)) if named else 0.0
-        whole = not named or len(self.contest.order) == len(contest.order)
+        silent = sum(self._void[one.key] == SAMPLING for one in self.whole.terms)
+        whole = not named or len(self.contest.order) + silent >= self._competed
         signal = float(np.sqrt(np.mean(self.balance.effort[self.judged] ** 2)))
         flat = self.floor > _FLAT * signal and after <= STRUCTURELESS * self.floor
         if flat:
@@ -172,7 +174,12 @@ class Judgement:
             verdict = "no_gap"
         elif not named:
             verdict = "not_judgeable" if reason else "unexplained"
-        elif shrink >= EXPLAINED_SHRINK and after <= STRUCTURELESS * self.floor and whole and not flat:
+        elif (
+            shrink >= EXPLAINED_SHRINK
+            and after <= STRUCTURELESS * self.floor
+            and whole
+            and not flat
+        ):
             verdict = "explained"
         else:
             verdict = "partly_explained"
@@ -384,7 +391,8 @@ class Judgement:
                 if self._shares[term.effect] < _SMALL:
                     why = f"takes off {100.0 * one.shrink:.1f} % of the gap, too little to be named"
                 why = self._void[term.key] or why
-                self.notes.append(f"{one.title}: {why}")
+                if why != SAMPLING:  # of any recording, and not worth a word
+                    self.notes.append(f"{one.title}: {why}")
         unknown = self.catalogue.unknown()
         path = [balance.fit([*unknown, *kept[: end + 1]]) for end in range(len(kept))]
         self.contest = dataclasses.replace(
