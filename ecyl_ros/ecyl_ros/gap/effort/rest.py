@@ -10,7 +10,7 @@ from .motion import Motion
 
 _SLOW = 0.02  # of the top speed: slower than that, for long and without getting anywhere, is rest
 _PLACE = 2e-3  # of the travel: so far may it creep meanwhile (bristles give way)
-_LEAST = 1.0  # periods of the bandwidth that it lasts, so that a mere reversal is none
+_LEAST = 2.0  # periods of the bandwidth that it lasts, so that a mere reversal is none
 _SMEARED = 0.75  # periods of the bandwidth over which the filter spreads what happens at rest
 
 
