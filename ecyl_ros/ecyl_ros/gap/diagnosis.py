@@ -11,7 +11,14 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
-VERDICTS = ("no_gap", "within_sheet", "explained", "partly_explained", "unexplained")
+VERDICTS = (
+    "no_gap",
+    "within_sheet",
+    "explained",
+    "partly_explained",
+    "unexplained",
+    "not_judgeable",
+)
 
 
 @dataclass(frozen=True)
@@ -248,6 +255,7 @@ class Diagnosis:
     sheet: tuple[SheetValue, ...] = ()
     within_sheet: float | None = None
     caution: str = ""
+    reason: str = ""
 
     @property
     def closes(self) -> bool:
@@ -261,6 +269,7 @@ class Diagnosis:
             "recording": self.source,
             "drive": self.drive,
             "verdict": self.verdict,
+            "reason": self.reason,
             "location": {
                 "block": self.block,
                 "signals": [

@@ -91,6 +91,7 @@ class Assembly:
             measured=(*self._measured(named), *self.replay.measured),
             floor_is=self.judgement.floor_is,
             closest=closest(self.catalogue, self.whole) if named else None,
+            reason=ruling.reason,
         )
 
     def _values(self) -> dict[str, dict[str, float]]:

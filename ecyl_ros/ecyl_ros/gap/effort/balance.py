@@ -15,12 +15,15 @@ from scipy.stats import t as student
 from ..diagnosis import BoolArray, FloatArray
 from ..split import STRETCH_S
 from .motion import Motion
+from .rest import at_rest
 from .terms import Term
 
 HELD_OUT_EVERY = 3  # one stretch in so many is never fitted
 MOST_STRETCHES = 48  # what is left is correlated over time: more of them say no more
 _LOSS = 5.0  # residuals beyond so many robust standard deviations lose their weight (Cauchy)
 _ROUNDS = 6
+_LEAST_MOVING = 0.2  # share of the samples in motion with which rest is left out
+_FOLLOWING = ("actuation_delay", "load_dependent_friction", "torque_ripple")
 _FORM = 1e-3  # half width, as a share of the value, that no interval falls below
 
 
@@ -91,7 +94,10 @@ class Balance:
         self.target = motion.filtered(motion.effort - nominal)
         rows = motion.rows
         self.time_s = motion.time_s[rows]
-        self.usable: BoolArray = motion.usable[rows]
+        moving = (motion.usable & ~at_rest(motion))[rows]
+        # Where it hardly ever moves there is nothing else to go by.
+        self.rests = bool(moving.sum() >= _LEAST_MOVING * max(motion.usable[rows].sum(), 1))
+        self.usable: BoolArray = moving if self.rests else motion.usable[rows]
         part = self.time_s[self.usable]
         begin, end = (float(part[0]), float(part[-1])) if part.size else (0.0, 1.0)
         self.stretch_s = stretch_length(end - begin)
@@ -100,7 +106,7 @@ class Balance:
         )
         self.held: BoolArray = self.stretch % HELD_OUT_EVERY == 1
         self.fold: NDArray[np.int64] = self.stretch // HELD_OUT_EVERY % self.FOLDS
-        self._cache: dict[str, FloatArray] = {}
+        self._cache: dict[str, tuple[Term, FloatArray]] = {}
 
     @property
     def fitted(self) -> BoolArray:
@@ -118,9 +124,11 @@ class Balance:
             return np.zeros((self.target.size, 0))
         made = []
         for one in terms:
-            if one.key not in self._cache or one.key in ("delay", "load friction"):
-                self._cache[one.key] = self.motion.filtered(one.columns)
-            made.append(self._cache[one.key])
+            # Columns that follow what is explained so far may be others of the same key.
+            last = self._cache.get(one.key)
+            if last is None or (last[0] is not one and one.effect in _FOLLOWING):
+                last = self._cache[one.key] = (one, self.motion.filtered(one.columns))
+            made.append(last[1])
         return np.concatenate(made).T
 
     def fit(

@@ -7,6 +7,7 @@ what stands above the floor and by more than the stretches differ among themselv
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, field
@@ -15,8 +16,9 @@ import numpy as np
 
 from ..diagnosis import FloatArray
 from .balance import Balance, Solution
+from .floor import pairs
 from .search import frequencies, orders, window
-from .terms import Catalogue, Term
+from .terms import Catalogue, Term, rarity
 
 LEAST_GAIN = 0.12  # of the squared residual above the floor
 SURE = 2.5  # standard errors over the stretches, fitted ones
@@ -25,18 +27,10 @@ _SIMPLER = 0.85  # share of the best gain with which a simpler effect goes first
 _MOST = 8  # terms in a set
 _AT_FLOOR = 0.5  # share of the squared residual that may be explained even at the floor
 _WORST = 6.0  # times the median stretch: what one stretch counts at the most
-LATE = 1.5  # sampling periods: less between effort and motion is that of sampling and holding
+LATE = 2.0  # sampling periods: less between effort and motion is that of sampling and holding
 _SAME = 5  # periodic terms of one kind
-# Where two do nearly as well with as many parameters: what is common before what is rare.
-_RARE = {
-    "constant_load": 1,
-    "stribeck_friction": 1,
-    "spring_load": 2,
-    "periodic_disturbance": 2,
-    "torque_ripple": 2,
-    "load_dependent_friction": 2,
-    "friction_drift": 2,
-}
+_PERIODIC = ("cogging_torque", "torque_ripple", "periodic_disturbance")
+_LEVELLED = ("constant_load", "spring_load")  # what holds a free mean
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,7 +40,7 @@ class Contest:
     base: fit of what the file leaves out alone. winner: with the effects that earned their place.
     order: their terms in the order of gain. path: fit after each was added. singles: base with one
     effect added, best first. without: the set less one effect, refitted. rivals: the set with one
-    effect in another's place.
+    effect in another's place. swaps: all of these, by the effect that gave way.
     """
 
     base: Solution
@@ -56,6 +50,7 @@ class Contest:
     singles: tuple[Solution, ...]
     without: dict[str, Solution]
     rivals: tuple[Solution, ...]
+    swaps: dict[str, tuple[tuple[Term, Solution], ...]]
     fits: int
     tried: dict[str, float] = field(default_factory=dict)
 
@@ -78,6 +73,20 @@ def compete(
     return _Run(balance, catalogue, floor, without, progress).run()
 
 
+def concluded(
+    balance: Balance,
+    catalogue: Catalogue,
+    floor: float,
+    without: Collection[str],
+    contest: Contest,
+    chosen: Sequence[Term],
+) -> Contest:
+    """A contest as if `chosen` had come out of it, less what is not missed beside the others."""
+    run = _Run(balance, catalogue, floor, without, lambda share: None)
+    run.fits, run.tried = contest.fits, contest.tried
+    return run.conclusion(contest.base, run.pruned(chosen), contest.singles)
+
+
 class _Run:
     def __init__(
         self,
@@ -92,6 +101,7 @@ class _Run:
         self.progress = progress
         self.late_s = LATE / balance.motion.rate_hz
         self.fits = 0
+        self.same = pairs(balance, not catalogue.machine.linear and catalogue.turns)
         self.unknown = catalogue.unknown()
         self.tried: dict[str, float] = {}
 
@@ -109,18 +119,51 @@ class _Run:
             taken = self._take(current, chosen, ranked)
             if taken is None:
                 break
-            chosen = self._look_back(self._swapped(taken))
+            chosen = self._afresh(self._look_back(self._swapped(taken)))
             current = self._fit(chosen)
-        chosen = self._simpler(self._look_back(chosen))
+        chosen = self._afresh(self._simpler(self._look_back(chosen)))
+        return self.conclusion(base, chosen, singles)
+
+    def pruned(self, chosen: Sequence[Term]) -> list[Term]:
+        """`chosen` without what is barred or no longer missed."""
+        return self._look_back([one for one in chosen if one.effect not in self.barred])
+
+    def conclusion(
+        self, base: Solution, chosen: Sequence[Term], singles: Sequence[Solution]
+    ) -> Contest:
+        """The contest that a set has won."""
         current = self._fit(chosen)
         order, path = self._ordered(chosen)
         less = {}
         for effect in dict.fromkeys(one.effect for one in chosen):
             less[effect] = self._fit([one for one in chosen if one.effect != effect])
-        rivals = self._rivals(current, chosen)
+        swaps = self._swaps(chosen)
+        rivals = sorted((fit for pairs in swaps.values() for _, fit in pairs), key=self._held_rms)
         return Contest(
-            base, current, order, path, tuple(singles), less, rivals, self.fits, self.tried
+            base=base,
+            winner=current,
+            order=order,
+            path=path,
+            singles=tuple(singles),
+            without=less,
+            rivals=tuple(rivals[:12]),
+            swaps=swaps,
+            fits=self.fits,
+            tried=self.tried,
         )
+
+    def _afresh(self, chosen: Sequence[Term]) -> list[Term]:
+        """A ripple is a share of the effort: of what the set explains now, ripple included."""
+        kept = list(chosen)
+        for _ in range(2):
+            if not any(one.effect == "torque_ripple" for one in kept):
+                break
+            explained = self._fit(kept).explained(self.balance.nominal)
+            kept = [
+                self.catalogue.ripple(one.rate, explained) if one.effect == "torque_ripple" else one
+                for one in kept
+            ]
+        return kept
 
     def _fit(self, terms: Sequence[Term]) -> Solution:
         self.fits += 1
@@ -146,30 +189,43 @@ class _Run:
         if kinds.count("cogging_torque") < _SAME:
             taken = [one.key for one in chosen]
             made = [catalogue.cogging(order) for order in orders(self.balance, catalogue, residual)]
+            drive = self.balance.motion.filtered(explained)
             made += [
-                catalogue.ripple(order)
-                for order in orders(self.balance, catalogue, residual, by_effort=True)
+                catalogue.ripple(order, explained)
+                for order in orders(self.balance, catalogue, residual, drive)
             ]
             found += [one for one in made if one.key not in taken]
         if kinds.count("periodic_disturbance") < _SAME:
-            found += [catalogue.disturbance(f) for f in frequencies(self.balance, residual)]
+            lines = frequencies(self.balance, residual, self.same)
+            found += [catalogue.disturbance(one) for one in lines]
         middle, width = window(self.balance, catalogue, residual)
         if width > 0.0:
             found.append(catalogue.jam(middle, width))
         held = {one.effect for one in chosen}
         finer = {name for one in chosen for name in one.refines}
-        several = ("cogging_torque", "torque_ripple", "periodic_disturbance")
         return [
             one
             for one in found
             if one.effect not in self.barred
             and not self.barred.intersection(_contained(one))  # which would bring it back in
-            and (one.effect not in held or one.effect in several)
+            and (one.effect not in held or one.effect in _PERIODIC)
             and one.effect not in finer
         ]
 
     def _with(self, chosen: Sequence[Term], added: Term) -> list[Term]:
-        return [one for one in chosen if one.effect not in added.refines] + [added]
+        kept = [one for one in chosen if one.effect not in added.refines]
+        return [*(self._levelled(kept) if added.effect in _PERIODIC else kept), added]
+
+    def _levelled(self, chosen: Sequence[Term]) -> list[Term]:
+        """With a free mean: a sine over part of its period has one, which must not decide."""
+        kept = list(chosen)
+        held = any(one.effect in _LEVELLED or one.key == "gravity" for one in kept)
+        held |= any(one.effect.endswith("coulomb_friction") for one in kept) and (
+            not self.catalogue.both_ways
+        )
+        if not held and "constant_load" not in self.barred:
+            kept.append(self.catalogue.constant())
+        return kept
 
     def _ranked(
         self,
@@ -180,13 +236,18 @@ class _Run:
     ) -> list[tuple[float, Term]]:
         """Candidates by the share of the surplus that they take off where cross-validated."""
         balance = self.balance
-        now = balance.cross_validated([*self.unknown, *chosen], current.scale)
-        cap = _cap(now)
-        now = np.minimum(now, cap)
-        surplus = self._surplus(now)
+        bare = (current, *self._standing(current, chosen))
+        level = None
         found = []
         best: dict[str, float] = {}
         for one in candidates:
+            before, now, cap, surplus = bare
+            if one.effect in _PERIODIC:  # beside a mean, so that the sine earns its own place
+                if level is None:
+                    held = self._levelled(chosen)
+                    fit = self._fit(held)
+                    level = (fit, *self._standing(fit, held)) if len(held) > len(chosen) else bare
+                before, now, cap, surplus = level
             # A look at the plain fit first: what takes off little there need not be validated.
             plain = self._fit(self._with(chosen, one))
             if one.key == "delay" and float(plain.of(one)[0]) <= self.late_s:
@@ -201,12 +262,21 @@ class _Run:
             gain = now - np.minimum(then, cap)
             share = float(np.mean(gain)) / surplus
             best[one.effect] = max(best.get(one.effect, -math.inf), share)
-            if share >= LEAST_GAIN and _sure(gain) >= SURE and self._holds(current, plain):
+            if share >= LEAST_GAIN and _sure(gain) >= SURE and self._holds(before, plain):
                 found.append((share, one))
         if first:
             self.tried = best
         found.sort(key=lambda pair: -pair[0])
         return found
+
+    def _standing(
+        self, current: Solution, chosen: Sequence[Term]
+    ) -> tuple[FloatArray, float, float]:
+        """Cross-validated costs of a set, capped, the cap, and what stands above the floor."""
+        now = self.balance.cross_validated([*self.unknown, *chosen], current.scale)
+        cap = _cap(now)
+        now = np.minimum(now, cap)
+        return now, cap, self._surplus(now)
 
     def _holds(self, current: Solution, then: Solution) -> bool:
         """Whether the gain is there on the stretches that nothing was fitted to."""
@@ -226,7 +296,7 @@ class _Run:
             return None
         top = ranked[0][0]
         near = [
-            (one.size, _RARE.get(one.effect, 0), -share, one)
+            (one.size, rarity(one.effect), -share, one)
             for share, one in ranked
             if share >= _SIMPLER * top
         ]
@@ -302,7 +372,8 @@ class _Run:
         now = balance.cross_validated([*self.unknown, *chosen], full.scale)
         cap = _cap(now)
         now = np.minimum(now, cap)
-        pair = [catalogue.coulomb(), catalogue.constant()]
+        level = any(one.effect == "spring_load" or one.key == "gravity" for one in rest)
+        pair = [catalogue.coulomb()] if level else [catalogue.coulomb(), catalogue.constant()]
         for parts in (pair, [*pair, catalogue.viscous()]):
             if any(one.effect in self.barred for one in parts):
                 continue
@@ -325,18 +396,71 @@ class _Run:
             path.append(fit)
         return tuple(taken), tuple(path)
 
-    def _rivals(self, winner: Solution, chosen: Sequence[Term]) -> tuple[Solution, ...]:
-        """The set with each effect replaced by each other one."""
-        found = []
-        held = {one.effect for one in chosen}
+    def _swaps(self, chosen: Sequence[Term]) -> dict[str, tuple[tuple[Term, Solution], ...]]:
+        """The set with each effect replaced by each other one, by the effect that gave way."""
+        found: dict[str, tuple[tuple[Term, Solution], ...]] = {}
         for out in dict.fromkeys(one.effect for one in chosen):
+            gone = [one for one in chosen if one.effect == out]
             rest = [one for one in chosen if one.effect != out]
             current = self._fit(rest)
-            for one in self._candidates(current, rest):
-                if one.effect != out and one.effect not in held:
-                    found.append(self._fit(self._with(rest, one)))
-        found.sort(key=self._held_rms)
-        return tuple(found[:12])
+            pool = [
+                one
+                for one in self._candidates(current, rest)
+                if one.effect != out or self._elsewhere(one, gone)
+            ]
+            pool += self._twins(gone[0], current)
+            others = [*rest, *gone[1:]]  # of several orders or lines the strongest gives way
+            # Without the mean that a sine is given to earn its place: that is an effect itself.
+            pairs = [
+                (one, self._fit([*(o for o in others if o.effect not in one.refines), one]))
+                for one in pool
+            ]
+            found[out] = tuple(sorted(pairs, key=lambda pair: self._held_rms(pair[1])))
+        return found
+
+    def _elsewhere(self, one: Term, found: Sequence[Term]) -> bool:
+        """Whether a line is another one than those found: more than one of its widths away."""
+        if one.effect not in _PERIODIC:
+            return False
+        along = np.ptp(self.balance.time_s) if one.effect == "periodic_disturbance" else 0.0
+        along = along or float(np.ptp(self.catalogue.turn[0])) / math.tau
+        return all(abs(one.rate - other.rate) * along > 2.0 for other in found)
+
+    def _twins(self, one: Term, rest: Solution) -> list[Term]:
+        """What a periodic effect looks like where speed, or effort, hardly varies."""
+        catalogue, motion = self.catalogue, self.balance.motion
+        if one.key == "gravity" and "spring_load" not in self.barred:
+            # Over a small travel a weight is a slope, which may fall as well as rise.
+            return [dataclasses.replace(catalogue.spring(), key="slope", low=(-math.inf,) * 2)]
+        if one.effect not in _PERIODIC:
+            return []
+        found: list[Term] = []
+        rate = float(np.median(np.abs(motion.velocity[motion.usable]))) * catalogue.turn_rate
+        if one.effect == "periodic_disturbance":
+            if rate > 0.0:
+                found.append(catalogue.cogging(self._aligned(one, rate, False)))
+        else:
+            explained = rest.explained(self.balance.nominal)
+            other = catalogue.ripple(one.rate, explained)
+            found.append(other if one.effect == "cogging_torque" else catalogue.cogging(one.rate))
+            if rate > 0.0:
+                found.append(catalogue.disturbance(self._aligned(one, rate, True)))
+        return [made for made in found if made.effect not in self.barred]
+
+    def _aligned(self, one: Term, rate: float, over_time: bool) -> float:
+        """Hz, or order, of the sine that comes closest to a term of the other kind."""
+        motion = self.balance.motion
+        rows = motion.rows[self.balance.fitted]
+        along = motion.time_s[rows] if over_time else self.catalogue.turn[0][rows]
+        start = one.rate * rate if over_time else math.tau * one.rate / rate
+        wave = np.exp(1j * one.phase[rows])
+        best, reach = start, 0.3
+        for _ in range(3):
+            tried = best * (1.0 + np.linspace(-reach, reach, 61))
+            powers = [abs(np.vdot(wave, np.exp(1j * w * along))) for w in tried]
+            powers += [abs(np.vdot(wave, np.exp(-1j * w * along))) for w in tried]
+            best, reach = float(tried[int(np.argmax(powers)) % tried.size]), reach / 15.0
+        return best / math.tau if over_time else best
 
 
 def _contained(one: Term) -> tuple[str, ...]:

@@ -9,16 +9,66 @@ efforts, extrapolated to a distance of zero between the states.
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from ..diagnosis import FloatArray
+from ..diagnosis import BoolArray, FloatArray
 from .balance import Balance, Solution
 
 _NEIGHBOURS = 12
 _APART = 2  # stretches between two instants that count as different times, at the least
-_NEAR = 0.3  # of the spread of the state: neighbours further away say nothing
+_NEAR = 0.3 * math.sqrt(3.0)  # of the state's spread: neighbours further away say nothing
+_FEWEST = 100  # pairs that say something
+
+
+class Pairs(NamedTuple):
+    """Instants (rows of `rows`) and those in nearly the same state of motion at other times.
+
+    rows: int64[m]. distance: float64[m, k], of the state's spread. neighbour: int64[m, k]. other:
+    bool[m, k], at another time.
+    """
+
+    rows: NDArray[np.int64]
+    distance: FloatArray
+    neighbour: NDArray[np.int64]
+    other: BoolArray
+
+
+def pairs(balance: Balance, periodic: bool) -> Pairs:
+    """Neighbours in position, speed and acceleration; `periodic`: position modulo one turn."""
+    motion = balance.motion
+    rows = np.flatnonzero(balance.usable)
+    position = motion.filtered(motion.position)[rows]
+    state = [motion.filtered(motion.velocity)[rows], motion.filtered(motion.acceleration)[rows]]
+    state = [one / (float(np.std(one)) or 1.0) for one in state]
+    if periodic:
+        state += [np.cos(position) * math.sqrt(2.0), np.sin(position) * math.sqrt(2.0)]
+    else:
+        state.append(position / (float(np.std(position)) or 1.0))
+    points = np.stack(state, axis=1)
+    stretch = balance.stretch[rows]
+    distance, index = cKDTree(points).query(points, k=min(8 * _NEIGHBOURS, rows.size))
+    # Neighbours in time are neighbours in state: only other times count.
+    other = np.abs(stretch[index] - stretch[:, None]) >= _APART
+    return Pairs(rows, distance, index, other & (distance < _NEAR))
+
+
+def coherence(found: Pairs, time_s: FloatArray, frequency_hz: float) -> float:
+    """How well the phase of a line is told by the state of motion alone, 0 to 1.
+
+    1 of a harmonic of a motion that comes again and again: any function of the motion has a line
+    there. time_s: float64 of the balance's rows.
+    """
+    first = np.argmax(found.other, axis=1)
+    rows = np.flatnonzero(found.other.any(axis=1))
+    if rows.size < _FEWEST:
+        return 0.0
+    at = time_s[found.rows]
+    apart = at[rows] - at[found.neighbour[rows, first[rows]]]
+    return abs(float(np.mean(np.cos(math.tau * frequency_hz * apart))))
 
 
 def repeatability(balance: Balance, broad: Solution, periodic: bool) -> float | None:
@@ -30,34 +80,18 @@ def repeatability(balance: Balance, broad: Solution, periodic: bool) -> float | 
             neighbours matters little.
         periodic: the position counts modulo one turn.
     """
-    motion = balance.motion
-    rows = np.flatnonzero(balance.usable)
-    position = motion.filtered(motion.position)[rows]
-    state = [motion.filtered(motion.velocity)[rows], motion.filtered(motion.acceleration)[rows]]
-    state = [one / (float(np.std(one)) or 1.0) for one in state]
-    if periodic:
-        state += [np.cos(position) * math.sqrt(2.0), np.sin(position) * math.sqrt(2.0)]
-    else:
-        state.append(position / (float(np.std(position)) or 1.0))
-    points = np.stack(state, axis=1)
-    values = broad.residual[rows]
-    stretch = balance.stretch[rows]
-    distance, index = cKDTree(points).query(points, k=min(8 * _NEIGHBOURS, rows.size))
-    # Neighbours in time are neighbours in state: only other times count.
-    other = np.abs(stretch[index] - stretch[:, None]) >= _APART
-    return _extrapolated(distance, index, other, values)
+    found = pairs(balance, periodic)
+    return _extrapolated(found, broad.residual[found.rows])
 
 
-def _extrapolated(
-    distance: FloatArray, index: np.ndarray, other: np.ndarray, values: FloatArray
-) -> float | None:
-    near = other & (distance < _NEAR * math.sqrt(distance.shape[1] ** 0.0 * 3.0))
+def _extrapolated(found: Pairs, values: FloatArray) -> float | None:
+    _, distance, index, near = found
     rank = np.cumsum(near, axis=1)
     squared, halves = [], []
     for number in range(1, _NEIGHBOURS + 1):
         at = near & (rank == number)
         rows = np.flatnonzero(at.any(axis=1))
-        if rows.size < 100:
+        if rows.size < _FEWEST:
             break
         column = np.argmax(at[rows], axis=1)
         difference = values[rows] - values[index[rows, column]]

@@ -13,7 +13,7 @@ from ...recording.signals import Recording
 from ..diagnosis import Diagnosis
 from .assemble import Assembly
 from .balance import Balance, Solution
-from .compete import compete
+from .compete import compete, concluded
 from .floor import repeatability, white_floor
 from .machine import Machine
 from .motion import Motion, motion_of
@@ -22,6 +22,7 @@ from .terms import Catalogue
 
 SHORTEST_S = 3.0
 _FINER = 0.8  # a floor below this share of the last one has the effects compete anew
+_REFUTED = 0.5  # of the floor: what leaves less on unseen rows shows that it is no floor
 _TOO_LITTLE = 24  # compared samples per second of use: fewer stretches say nothing
 
 
@@ -62,17 +63,27 @@ def diagnose_effort(
     balance = Balance(motion, catalogue.nominal())
     if int(balance.usable.sum()) < 8 * _TOO_LITTLE:
         raise InputError(
-            f"{source}: {int(balance.usable.sum())} samples can be compared, expected at least "
-            f"{8 * _TOO_LITTLE}: more seconds, or fewer gaps"
+            f"{source}: {int(balance.usable.sum())} samples can be compared at a bandwidth of "
+            f"{motion.bandwidth_hz:.3g} Hz, expected at least {8 * _TOO_LITTLE}: more seconds, "
+            "fewer gaps, or a higher judge.bandwidth where noise of the position allows it"
         )
     floor, floor_is = _floor(balance, catalogue, machine, _broad(balance, catalogue))
+    floor = min(floor, float(np.std(balance.effort[balance.usable])) or floor)
     contest = compete(balance, catalogue, floor, without, lambda share: tell(0.1 + 0.4 * share))
     # What depends on time, or varies fast over the position, does not repeat until it is known.
     finer, finer_is = _floor(balance, catalogue, machine, contest.winner)
+    # A fit that leaves far less than the floor on rows it never saw refutes the floor.
+    left = float(np.sqrt(np.mean(contest.winner.residual[balance.judged] ** 2)))
+    if left < _REFUTED * finer:
+        finer, finer_is = max(left, white_floor(balance, None)), "what the closest model leaves"
     if finer < _FINER * floor:
         floor, floor_is = finer, finer_is
         contest = compete(balance, catalogue, floor, without, lambda share: tell(0.5 + 0.4 * share))
     judgement = Judgement(balance, catalogue, contest, floor, floor_is)
+    simplest = judgement.simplest()
+    if simplest is not None:
+        contest = concluded(balance, catalogue, floor, without, contest, simplest)
+        judgement = Judgement(balance, catalogue, contest, floor, floor_is)
     result = Assembly(judgement, mode).diagnosis(source, drive_name, begin, recording)
     tell(1.0)
     return result

@@ -34,6 +34,12 @@ _LONGEST_GAP = 5  # missing samples in a row that are bridged
 _SETTLE = 1.0  # periods of the bandwidth's frequency left out at gaps
 _ENDS = 4.0  # the same at the ends, beyond which the low-passes have to guess how it moved
 _MOST_BENT, _JUMP = 0.999, 3.0  # of the second differences; beyond so many times it is a jump
+_QUIETER = 0.5  # times the noise of differences: below, the recorded speed is taken
+_LAG = 0.02  # of the speed's spread that a recorded speed may be off beyond noise
+_FROZEN, _FROZEN_S = 20, 0.25  # samples and seconds for which an effort has to stand still
+_RUNS = 10  # runs of equal values, with which they are usual
+_LIVELY = 0.5  # share of the other samples at which it changes
+_MOVED = 0.01  # of the travel, that the output has to move meanwhile
 _EVEN = 0.02  # steps of the stamps may differ by this share and still be called even
 
 
@@ -53,7 +59,8 @@ class Motion:
             known.
         mode: NaN where not recorded.
         usable: bool[n], False beside gaps, at the ends and where another mode ruled.
-        position_noise: standard deviation of the position's noise.
+        position_noise: standard deviation of the position's noise. speed_noise: of `velocity`.
+        standing: share of the motion over which the effort stood still, as it can not.
         bandwidth_hz: of the comparison. step: samples of the grid per compared sample.
         notes: what was found lacking.
     """
@@ -74,6 +81,8 @@ class Motion:
     usable: BoolArray
     rate_hz: float
     position_noise: float
+    speed_noise: float
+    standing: float
     bandwidth_hz: float
     step: int
     notes: tuple[str, ...] = ()
@@ -146,6 +155,20 @@ def motion_of(
             found = np.unique(modes[np.isfinite(modes)])
             had = ", ".join(f"{one:g}" for one in found[:8]) or "none"
             raise InputError(f"{source}: mode {mode:g} does not occur; modes recorded: {had}")
+    noise = machine.position_noise
+    if noise is None:
+        noise = position_noise(position, rate, usable)
+    stood = 0.0
+    if with_effort.any():
+        standing = _standing(effort, position, noise, rate) & usable
+        if standing.any() and not standing[usable].all():
+            steps = np.abs(np.diff(position, prepend=position[0]))
+            stood = float(steps[standing].sum() / max(steps[usable].sum(), 1e-300))
+            usable &= ~standing
+            notes.append(
+                f"the effort stands still for {standing.sum() / rate:.3g} s while the output "
+                "moves: nothing was measured, or something else drives; left out"
+            )
     jumps = _jumps(position, usable)
     if jumps.any():
         usable &= ~jumps
@@ -168,9 +191,20 @@ def motion_of(
     if from_speed:
         velocity = _low_passed(sos, _bridged(recorded, known))
         smooth = position
+        spread = _in_band(noise, cutoff, rate)
     else:
         smooth = _low_passed(sos, position)
         velocity = np.gradient(smooth, 1.0 / rate)
+        spread = _in_band(noise, cutoff, rate)
+        told = _told(recorded, velocity, usable, rate, spread, machine, bandwidth, effort, cutoff)
+        if told is not None:
+            bandwidth, cutoff, spread = told
+            sos = butter(_ORDER, cutoff, fs=rate, output="sos")
+            smooth = _low_passed(sos, position)
+            velocity = _low_passed(sos, recorded)
+            notes.append(
+                "speed is the recorded one: it says the same as the position, with less noise"
+            )
     settle = max(3, round(_SETTLE * rate / bandwidth))
     ends = min(max(settle, round(_ENDS * rate / bandwidth)), grid.size // 20)
     usable[:ends] = usable[grid.size - ends :] = False
@@ -191,12 +225,78 @@ def motion_of(
         usable=_eroded(usable, settle),
         rate_hz=rate,
         position_noise=noise,
+        speed_noise=spread,
+        standing=stood,
         bandwidth_hz=bandwidth,
         step=max(1, int(rate / (_SAMPLES_PER_PERIOD * bandwidth))),
         notes=tuple(notes),
         _sos=butter(_ORDER, bandwidth, fs=rate, output="sos"),
         _smoothing=sos,
     )
+
+
+def _in_band(position_noise: float, cutoff: float, rate: float) -> float:
+    """Standard deviation of the low-passed speed, from the position's noise.
+
+    White noise of sigma, differentiated, up to the cutoff f_c: 2 pi sigma sqrt(2 f_c^3 / (3 f_s)).
+    """
+    return math.tau * position_noise * math.sqrt(2.0 * cutoff**3 / (3.0 * rate))
+
+
+def _told(
+    recorded: FloatArray,
+    velocity: FloatArray,
+    usable: BoolArray,
+    rate: float,
+    spread: float,
+    machine: Machine,
+    bandwidth: float,
+    effort: FloatArray,
+    cutoff: float,
+) -> tuple[float, float, float] | None:
+    """Bandwidth, cutoff and noise by the recorded speed; None where differences are as good.
+
+    velocity: from differences of the position, with noise of `spread`. The recorded speed has to
+    say the same within that noise, and to be clearly quieter.
+    """
+    if not usable.any() or not np.isfinite(recorded).all():
+        return None
+    own = position_noise(recorded, rate, usable)  # of any signal
+    quiet = own * math.sqrt(min(2.0 * cutoff / rate, 1.0))
+    sos = butter(_ORDER, cutoff, fs=rate, output="sos")
+    apart = (_low_passed(sos, recorded) - velocity)[usable]
+    size = float(np.std(velocity[usable]))
+    if quiet > _QUIETER * spread or float(np.sqrt(np.mean(apart**2))) > 3.0 * spread + _LAG * size:
+        return None
+    if machine.bandwidth_hz is None:
+        bandwidth = max(bandwidth, bandwidth_of(recorded, effort, rate, own, usable, order=1))
+        bandwidth = min(bandwidth, 0.4 * rate)
+        cutoff = min(_DERIVATIVE * bandwidth, 0.45 * rate)
+    return bandwidth, cutoff, own * math.sqrt(min(2.0 * cutoff / rate, 1.0))
+
+
+def _standing(effort: FloatArray, position: FloatArray, noise: float, rate: float) -> BoolArray:
+    """Where the effort is the very same for long while the output moves: it was not measured.
+
+    At its largest value it is a limit, and rightly the same. An effort of few levels stands often:
+    then long is long beside its other rests.
+    """
+    size = float(np.max(np.abs(effort), initial=0.0))
+    same = np.concatenate([[False], np.abs(np.diff(effort)) <= 1e-12 * max(size, 1e-300), [False]])
+    bounds = np.flatnonzero(np.diff(same.astype(np.int8))).reshape(-1, 2)
+    found = np.zeros(effort.size, dtype=bool)
+    lengths = bounds[:, 1] - bounds[:, 0]
+    usual = float(np.quantile(lengths, 0.9)) if lengths.size >= _RUNS else 1.0
+    away = max(100.0 * noise, _MOVED * float(np.ptp(position)))
+    for begin, end in bounds.tolist():
+        part = slice(begin, end)
+        long = end - begin >= max(_FROZEN_S * rate, _FROZEN, 3.0 * usual)
+        limit = abs(effort[begin]) >= (1.0 - 1e-9) * size and size > 0.0
+        if long and not limit and float(np.ptp(position[part])) > away:
+            found[part] = True
+    # An effort commanded in steps stands all the time: only one that else changes is not measured.
+    changes = ~same[:-1][~found]
+    return found if changes.size and float(np.mean(changes)) > _LIVELY else np.zeros_like(found)
 
 
 def _grid(recording: Recording, source: str) -> tuple[FloatArray, float, list[str]]:
@@ -363,18 +463,24 @@ def position_noise(position: FloatArray, rate: float, usable: BoolArray) -> floa
 
 
 def bandwidth_of(
-    position: FloatArray, effort: FloatArray, rate: float, noise: float, usable: BoolArray
+    position: FloatArray,
+    effort: FloatArray,
+    rate: float,
+    noise: float,
+    usable: BoolArray,
+    order: int = 2,
 ) -> float:
     """Hz up to which effort and acceleration both say more than their noise.
 
     The frequency that holds 99.7 % of the effort's power (of the acceleration's, where there is no
     effort), or that which leaves 1500 samples to compare, if it is higher; unless noise of the
     position would by then be more than a twentieth of the acceleration's power; never above a fifth
-    of the sampling rate.
+    of the sampling rate. order: of the difference that makes `position` an acceleration; 1 where
+    it is a speed, and `noise` is of it.
     """
-    second = np.diff(position[usable], 2) * rate**2
+    second = np.diff(position[usable], order) * rate**order
     frequency, density = _spectrum(second, rate)
-    shape = _second_difference(rate, frequency)
+    shape = _second_difference(rate, frequency) ** (0.5 * order)
     rough = 2.0 * noise**2 / rate * shape
     signal = np.cumsum(np.maximum(density - rough, 0.0))
     quiet = np.cumsum(rough) <= _NOISE * np.maximum(signal, 1e-300)

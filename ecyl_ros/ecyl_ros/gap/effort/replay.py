@@ -25,7 +25,6 @@ from .driven import Driven, Pieces, by_effort, by_loop, pieces
 from .floor import white_floor
 from .model import model_of
 from .ruling import Judgement, Ruling
-from .terms import speed_noise
 
 _SHORTEST_S = 0.1  # of a piece that runs through
 _FEWEST = 16  # samples of a piece that is begun anew, at the least
@@ -110,7 +109,7 @@ class _Replayer:
         if not judged.any():
             return Replay(notes=("not replayed: no held-out stretch could be",))
         noise = {
-            "speed": speed_noise(self.motion),
+            "speed": self.motion.speed_noise,
             "tracking_error": self.motion.position_noise,
             "position": self.motion.position_noise,
         }

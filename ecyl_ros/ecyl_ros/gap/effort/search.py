@@ -10,12 +10,14 @@ from scipy.signal import find_peaks
 
 from ..diagnosis import FloatArray
 from .balance import Balance
+from .floor import Pairs, coherence
 from .terms import Catalogue
 
 _MOST = 3  # peaks tried
 _POINTS = 8_000_000  # sines of one scan at the most
 _LEAST_PERIODS = 4.0  # within the travel or the time
 _OWN_LINE = 0.03  # share of the motion's power that makes a frequency its own
+_OF_MOTION = 0.5  # coherence with the state of motion: beyond, it has most of the line
 _PLACES = 60  # along the travel that a window can begin and end at
 _NARROW, _WIDE = 2, 24  # widths of a window, in places
 
@@ -60,9 +62,11 @@ def _peaks(
 
 
 def orders(
-    balance: Balance, catalogue: Catalogue, residual: FloatArray, by_effort: bool = False
+    balance: Balance, catalogue: Catalogue, residual: FloatArray, effort: FloatArray | None = None
 ) -> list[float]:
     """Periods per radian of the turn (per m over a straight output without a lead), best first.
+
+    effort: float64[m] that the sine is a share of; of an effort of its own unless given.
 
     Whole numbers of periods per turn where the output turns round: what repeats with the angle of
     a shaft does so after a turn.
@@ -79,7 +83,7 @@ def orders(
     lowest = _LEAST_PERIODS * math.tau / travel
     if not highest > 1.5 * lowest:
         return []
-    weight = balance.effort[rows] if by_effort else np.ones(rows.size)
+    weight = np.ones(rows.size) if effort is None else effort[rows]
     values = residual[rows] - np.mean(residual[rows])
     limit = max(64, _POINTS // rows.size)
     if name != "period_m" and travel > 2.0 * math.tau:
@@ -93,8 +97,11 @@ def orders(
     ]
 
 
-def frequencies(balance: Balance, residual: FloatArray) -> list[float]:
-    """Hz of the strongest lines over time within the band, best first."""
+def frequencies(balance: Balance, residual: FloatArray, same: Pairs) -> list[float]:
+    """Hz of the strongest lines over time within the band, best first.
+
+    same: instants in the same state of motion; what they tell the phase of is the motion's own.
+    """
     rows = np.flatnonzero(balance.fitted)
     time = balance.time_s[rows]
     length = float(np.ptp(time))
@@ -110,7 +117,12 @@ def frequencies(balance: Balance, residual: FloatArray) -> list[float]:
         _refined(values, time, rate, spacing * math.tau, weight)
         for rate in _peaks(values, time, rates, weight, _MOST)
     ]
-    return [rate / math.tau for rate in found if not _moves(balance, rows, time, rate)]
+    return [
+        rate / math.tau
+        for rate in found
+        if not _moves(balance, rows, time, rate)
+        and coherence(same, balance.time_s, rate / math.tau) < _OF_MOTION
+    ]
 
 
 def _moves(balance: Balance, rows: NDArray[np.int64], time: FloatArray, rate: float) -> bool:

@@ -24,7 +24,25 @@ from .motion import Motion
 from .units import Units
 
 _SOFT = 1e-3  # of the largest speed: below it the sign of the speed is not trusted
+_SOFTEST = 0.03  # of it: beyond, a level would look like a rise with speed
 _SPEEDS = 7  # Stribeck speeds tried
+_ROUNDS = 4  # a ripple's share of itself: a third of a third of a third is below any floor
+_ONCE = 0.1  # an order this near to 1 is once per turn
+# How rare an effect is: 0 of what most machines have, one more for every third of those before.
+_RARE = {
+    "constant_load": 1,
+    "stribeck_friction": 1,
+    "direction_dependent_friction": 1,
+    "torque_constant_error": 1,
+    "actuation_delay": 1,
+    "spring_load": 2,
+    "periodic_disturbance": 2,
+    "torque_ripple": 2,
+    "load_dependent_friction": 2,
+    "friction_drift": 2,
+    "local_jam": 2,
+    "current_sensor_offset": 2,
+}
 
 # A parameter: name, unit, value.
 Parameters = tuple[tuple[str, str, float], ...]
@@ -44,6 +62,7 @@ class Term:
         alternatives: effects that give the same columns in a rigid drive.
         fixed: parameters that were searched, not fitted. extent: time, turns or travel in m over
             which a rate was searched; 0 where it can only be a whole number.
+        rate: of a sine, per rad of the turn (per m, in Hz over time). phase: float64[n] of it.
     """
 
     effect: str
@@ -56,6 +75,8 @@ class Term:
     alternatives: tuple[str, ...] = ()
     fixed: Mapping[str, float] = field(default_factory=dict)
     extent: float = 0.0
+    rate: float = 0.0
+    phase: FloatArray = field(default_factory=lambda: np.zeros(0))
 
     @property
     def size(self) -> int:
@@ -73,9 +94,8 @@ class Catalogue:
         usable = motion.usable
         speed = motion.velocity
         top = float(np.quantile(np.abs(speed[usable]), 0.99))
-        noise = speed_noise(motion)
         self.top_speed = top
-        self.soft = max(_SOFT * top, 3.0 * noise, 1e-12)
+        self.soft = max(_SOFT * top, min(3.0 * motion.speed_noise, _SOFTEST * top), 1e-12)
         self.sign = np.tanh(speed / self.soft)
         self.forwards = np.maximum(self.sign, 0.0)
         self.backwards = np.minimum(self.sign, 0.0)
@@ -98,14 +118,19 @@ class Catalogue:
             + model.constant
             + model.stiffness * motion.position
         )
+        shares = [one for one in model.shapes if one.name == "torque_ripple"]
         for one in model.shapes:
-            made += self._asked(one)
+            if one not in shares:
+                made += self._asked(one, made)
+        bare = made
+        for _ in range(_ROUNDS if shares else 0):  # a share of the whole effort, itself included
+            made = bare + sum(self._asked(one, made) for one in shares)
         if model.delay_s:
             made = np.interp(motion.time_s + model.delay_s, motion.time_s, made)
         return made
 
-    def _asked(self, one: Acting) -> FloatArray:
-        """The effort that one effect of the file asks for."""
+    def _asked(self, one: Acting, effort: FloatArray) -> FloatArray:
+        """What one effect of the file asks for beside an effort of float64[n]."""
         values = one.values
         match one.name:
             case "stribeck_friction":
@@ -122,10 +147,10 @@ class Catalogue:
             case "gravity_on_arm":
                 term, parts = self.gravity(), _parts(values["amplitude"], values["phase"])
             case "cogging_torque":
-                term = self.cogging(values["wave"] / self._turn_rate)
+                term = self.cogging(values["wave"] / self.turn_rate)
                 parts = _parts(values["amplitude"], values["phase"])
             case "torque_ripple":
-                term = self.ripple(values["wave"] / self._turn_rate)
+                term = self.ripple(values["wave"] / self.turn_rate, effort)
                 parts = _parts(values["fraction"], values["phase"])
             case "periodic_disturbance":
                 term = self.disturbance(values["frequency"])
@@ -204,7 +229,7 @@ class Catalogue:
             parameters=lambda c: ((name, unit, float(c[0])),),
             values=lambda c: {"viscous": float(c[0])},
             low=(-min(self.model.viscous),),
-            alternatives=("back_emf_error",) if by_voltage and self.machine.gain is None else (),
+            alternatives=("back_emf_error",) if by_voltage else (),
         )
 
     def coulomb(self) -> Term:
@@ -277,6 +302,7 @@ class Catalogue:
             values=lambda c: dict(zip(stems, map(float, c), strict=True)),
             low=tuple(-one for one in (*self.model.coulomb, *self.model.viscous)),
             refines=(f"{self.side}_coulomb_friction", f"{self.side}_viscous_friction"),
+            alternatives=("back_emf_error",) if self.machine.actuation == "voltage" else (),
         )
 
     def stribeck(self) -> list[Term]:
@@ -445,7 +471,7 @@ class Catalogue:
         return position, "period_m", "m"
 
     @property
-    def _turn_rate(self) -> float:
+    def turn_rate(self) -> float:
         """Rad of the angle that orders count, per m or rad of the output."""
         lead = self.machine.lead
         return math.tau / lead if self.machine.linear and lead is not None else 1.0
@@ -469,17 +495,29 @@ class Catalogue:
                 (units.level("amplitude"), units.effort, float(np.hypot(c[0], c[1]))),
                 (name, unit, shown),
             ),
-            values=lambda c: _polar("amplitude", c) | {"wave": order * self._turn_rate},
+            values=lambda c: _polar("amplitude", c) | {"wave": order * self.turn_rate},
             low=(-math.inf, -math.inf),
             fixed={name: shown},
+            alternatives=self._once(order, name),
             extent=self._extent(name, order),
+            rate=order,
+            phase=order * angle,
         )
 
-    def ripple(self, order: float) -> Term:
-        """A sine of the position times the effort."""
+    def _once(self, order: float, name: str) -> tuple[str, ...]:
+        """What else makes one line per turn: a scale off its centre, a weight off the axis."""
+        if name == "period_m" or abs(order - 1.0) > _ONCE:
+            return ()
+        screw = name == "periods_per_screw_rev"
+        return ("encoder_eccentricity",) if screw else ("encoder_eccentricity", "gravity_on_arm")
+
+    def ripple(self, order: float, effort: FloatArray) -> Term:
+        """A sine of the position times `effort`, float64[n]: what is explained so far.
+
+        Not what was measured, which holds what is to be explained.
+        """
         angle, name, unit = self.turn
         shown = math.tau / order if name == "period_m" else order
-        effort = self.motion.effort
         return Term(
             effect="torque_ripple",
             key=f"ripple {order:.9g}",
@@ -488,10 +526,12 @@ class Catalogue:
                 ("fraction", "1", float(np.hypot(c[0], c[1]))),
                 (name, unit, shown),
             ),
-            values=lambda c: _polar("fraction", c) | {"wave": order * self._turn_rate},
+            values=lambda c: _polar("fraction", c) | {"wave": order * self.turn_rate},
             low=(-math.inf, -math.inf),
             fixed={name: shown},
             extent=self._extent(name, order),
+            rate=order,
+            phase=order * angle,
         )
 
     def disturbance(self, frequency_hz: float) -> Term:
@@ -510,16 +550,14 @@ class Catalogue:
             low=(-math.inf, -math.inf),
             fixed={"frequency_hz": frequency_hz},
             extent=float(np.ptp(self.motion.time_s[self.motion.usable])),
+            rate=frequency_hz,
+            phase=phase,
         )
 
 
-def speed_noise(motion: Motion) -> float:
-    """Standard deviation of the low-passed speed, from the position's noise.
-
-    White noise of sigma, differentiated, up to the cutoff f_c: 2 pi sigma sqrt(2 f_c^3 / (3 f_s)).
-    """
-    cutoff = min(2.5 * motion.bandwidth_hz, 0.45 * motion.rate_hz)
-    return math.tau * motion.position_noise * math.sqrt(2.0 * cutoff**3 / (3.0 * motion.rate_hz))
+def rarity(effect: str) -> int:
+    """How rare an effect is, 0 to 2: where two do nearly as well, what is common goes first."""
+    return _RARE.get(effect, 0)
 
 
 def _parts(amplitude: float, phase: float) -> list[float]:

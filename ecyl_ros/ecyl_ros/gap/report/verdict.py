@@ -23,6 +23,8 @@ def _said(diagnosis: Diagnosis) -> str:
         return _no_gap(diagnosis)
     if diagnosis.verdict == "within_sheet":
         return _within_sheet(diagnosis)
+    if diagnosis.verdict == "not_judgeable":
+        return f"This recording cannot be judged: {diagnosis.reason}."
     if diagnosis.verdict == "unexplained" or not diagnosis.causes:
         return _unexplained(diagnosis)
     if diagnosis.verdict == "explained":

@@ -34,6 +34,7 @@ _VERDICTS = {
     "explained": "Explained",
     "partly_explained": "Partly explained",
     "unexplained": "Unexplained",
+    "not_judgeable": "Not judgeable",
 }
 _NAMES = ("Coulomb", "Stribeck")  # words that keep their capital
 _MASS_NOUNS = ("friction", "cogging", "ripple", "dead time", "eccentricity")
