@@ -28,6 +28,7 @@ from .closest import closest
 from .floor import white_floor
 from .replay import replay
 from .ruling import Judgement
+from .sheet import sheet_values
 from .terms import Term
 from .twin import EffortDiagnosis
 
@@ -53,7 +54,7 @@ class Assembly:
     ) -> EffortDiagnosis:
         """The result; `begin`: when the work began, by `time.perf_counter`."""
         ruling, motion = self.ruling, self.motion
-        no_gap, named = ruling.verdict == "no_gap", ruling.named
+        no_gap, named = ruling.verdict in ("no_gap", "within_sheet"), ruling.named
         block = ruling.causes[0].block if named else (None if no_gap else self._nearest_block())
         steps = [self.rms(one) / self.spread for one in self.contest.path]
         merged, reached = _merged(ruling.causes, steps) if named else ((), ())
@@ -91,6 +92,8 @@ class Assembly:
             measured=(*self._measured(named), *self.replay.measured),
             floor_is=self.judgement.floor_is,
             closest=closest(self.catalogue, self.whole) if named else None,
+            sheet=sheet_values(self.whole.terms, self.spans, self.machine, self.units),
+            within_sheet=ruling.after / self.spread if ruling.verdict == "within_sheet" else None,
             reason=ruling.reason,
         )
 

@@ -6,9 +6,12 @@ import numpy as np
 
 from .balance import Balance, Interval, Solution
 from .compete import LATE
+from .sheet import sheet_value, within
 from .terms import Catalogue, Term
 
 SAMPLING = "within the lag of sampling and holding"
+SHEET = "within the tolerance of the data sheet"
+SILENT = (SAMPLING, SHEET)  # what every sound machine, and every recording, may show
 _AT_BOUND = 1e-6  # of a term's largest coefficient: so near, it is the bound
 _INFLATED = 10.0  # beyond so much variance inflation columns count as one (Marquardt, 1970)
 _RARE = 1.96  # standard deviations that 95 % of all lie within
@@ -29,6 +32,9 @@ def why_not(
         term: one of its terms. spans: its parameters with their 95 % intervals.
         spare: where its first coefficient stands among the solution's.
     """
+    told = sheet_value(term, spans, catalogue.machine, catalogue.units)
+    if told is not None and within(told):
+        return SHEET
     values = solution.of(term)
     nominal = catalogue.model.inertia or 0.0
     first = spans[0]

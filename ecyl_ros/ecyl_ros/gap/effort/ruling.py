@@ -16,7 +16,7 @@ from ..verdict import EXPLAINED_SHRINK, NAMED, NO_GAP_RATIO, STRUCTURELESS
 from .balance import Balance, Interval, Solution
 from .compete import LATE, Contest
 from .floor import white_floor
-from .neutral import SAMPLING, why_not
+from .neutral import SHEET, SILENT, why_not
 from .terms import Catalogue, Term, rarity
 
 # Share of the gap that must be gone for anything to be named. Less than in replay: the floor of a
@@ -126,7 +126,7 @@ class Judgement:
 
     def rule(self) -> Ruling:
         """Decide what is named. Call once."""
-        contest = self.contest
+        contest = closest = self.contest
         before, best = self.rms(contest.base), self.rms(contest.winner)
         surplus = max(before - self.floor, 1e-12 * before, 1e-300)
         causes = self._causes(before, surplus)
@@ -158,7 +158,11 @@ class Judgement:
         final = contest.winner if named else contest.base
         after = self.rms(final)
         shrink = max(0.0, min(1.0, (before - after) / surplus)) if named else 0.0
-        silent = sum(self._void[one.key] == SAMPLING for one in self.whole.terms)
+        silent = sum(self._void[one.key] in SILENT for one in self.whole.terms)
+        within_sheet = not named and not no_gap and self._is_sheet(closest)
+        if within_sheet:
+            final, after = closest.winner, self.rms(closest.winner)
+            shrink = max(0.0, min(1.0, (before - after) / surplus))
         whole = not named or len(self.contest.order) + silent >= self._competed
         signal = float(np.sqrt(np.mean(self.balance.effort[self.judged] ** 2)))
         flat = self.floor > _FLAT * signal and after <= STRUCTURELESS * self.floor
@@ -172,6 +176,8 @@ class Judgement:
             verdict = "not_judgeable"
         elif no_gap:
             verdict = "no_gap"
+        elif within_sheet:
+            verdict = "within_sheet"
         elif not named:
             verdict = "not_judgeable" if reason else "unexplained"
         elif (
@@ -197,6 +203,12 @@ class Judgement:
             margin=margin,
             reason=reason if verdict == "not_judgeable" else "",
         )
+
+    def _is_sheet(self, closest: Contest) -> bool:
+        """Whether constants within their tolerances bring the model to the floor."""
+        voids = [self._void[one.key] for one in closest.order]
+        near = self.rms(closest.winner) <= STRUCTURELESS * self.floor
+        return near and SHEET in voids and all(one in SILENT for one in voids)
 
     def _voids(self) -> dict[str, str]:
         """Why a term of the closest set is no cause, by its key; empty where it may be one."""
@@ -391,7 +403,7 @@ class Judgement:
                 if self._shares[term.effect] < _SMALL:
                     why = f"takes off {100.0 * one.shrink:.1f} % of the gap, too little to be named"
                 why = self._void[term.key] or why
-                if why != SAMPLING:  # of any recording, and not worth a word
+                if why not in SILENT:  # of any recording, and not worth a word
                     self.notes.append(f"{one.title}: {why}")
         unknown = self.catalogue.unknown()
         path = [balance.fit([*unknown, *kept[: end + 1]]) for end in range(len(kept))]

@@ -1,0 +1,68 @@
+"""Constants of a rigid drive's data sheet among the terms of a fit: no cause within tolerance."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from ..diagnosis import SheetValue
+from .balance import Interval
+from .machine import KEYS, Machine
+from .terms import Term
+from .units import Units
+
+# The constant that a term gives another value; whether its parameter is that value or comes on top.
+_CONSTANTS = {
+    "inertia": ("load.mass", "load.inertia"),
+    "gain": ("actuation.gain",) * 2,
+    "viscous": ("load.viscous_friction",) * 2,
+    "coulomb": ("load.coulomb_friction",) * 2,
+    "constant": ("load.constant_load",) * 2,
+    "spring": ("load.stiffness",) * 2,
+}
+_VALUES = ("inertia", "gain")
+_SEEN = 0.8  # tolerances: an interval as wide as the sheet's says nothing new
+
+
+def sheet_value(
+    term: Term, spans: Sequence[Interval], machine: Machine, units: Units
+) -> SheetValue | None:
+    """The constant that a fitted term tells of; None where it tells of none that is uncertain.
+
+    spans: the term's parameters with their 95 % intervals, in the unit that effort is counted in,
+    which must be the output's own for nominal and found values to be compared.
+    """
+    key = _CONSTANTS.get(term.key, ("", ""))[not machine.linear]
+    width = machine.half_widths().get(key, 0.0)
+    if width <= 0.0 or not units.own:
+        return None
+    nominal = float(getattr(machine, KEYS[key].field))
+    on_top = 0.0 if term.key in _VALUES else nominal
+    value, low, high = (on_top + one for one in spans[0][2:])
+    return SheetValue(
+        parameter=key,
+        unit=KEYS[key].units[not machine.linear],
+        nominal=nominal,
+        tolerance=width,
+        value=value,
+        low=low,
+        high=high,
+        pull=(value - nominal) / width,
+        seen=bool(high - low < 2.0 * _SEEN * width),
+    )
+
+
+def within(value: SheetValue) -> bool:
+    """Whether a constant's interval reaches into its tolerance: what the sheet allows."""
+    reach = value.tolerance
+    return value.low <= value.nominal + reach and value.high >= value.nominal - reach
+
+
+def sheet_values(
+    terms: Sequence[Term],
+    spans: Mapping[str, Sequence[Interval]],
+    machine: Machine,
+    units: Units,
+) -> tuple[SheetValue, ...]:
+    """Of all terms of a fit."""
+    found = (sheet_value(one, spans[one.key], machine, units) for one in terms)
+    return tuple(one for one in found if one is not None)
