@@ -37,7 +37,7 @@ def test_rest_is_rest() -> None:
     inside = (m.t % 4.0 > 3.2) & (m.t % 4.0 < 3.8)
     assert rest[inside].mean() > 0.95 and rest.mean() < 0.4
     swinging = motion_of(recorded(M, 20.0 * M.a, LINEAR, 0.3, 1e-6), LINEAR, "r")
-    assert at_rest(swinging).mean() < 0.02
+    assert at_rest(swinging).mean() < 0.05
 
 
 def test_what_friction_holds_at_rest_is_no_gap() -> None:

@@ -284,7 +284,8 @@ class Judgement:
         for at, term in enumerate(order):
             if plain.effect not in term.refines:
                 continue
-            acts, sure, names = self._certainty(term, 0.0)
+            lost = self.rms(self.contest.without[term.effect]) - self.rms(self.contest.winner)
+            acts, sure, names = self._certainty(term, lost)
             if self._void[term.key] or (acts >= NAMED > sure and names):
                 rest = [*order[:at], *order[at + 1 :]]
                 viscous = self.catalogue.viscous()
@@ -328,6 +329,8 @@ class Judgement:
             name: _UNLIKELY ** max(parts, rarity(name) - rarity(term.effect))
             for name in term.alternatives
         }
+        if term.key == "by_direction":  # back EMF bends its values; a difference it does not make
+            weights = dict.fromkeys(weights, 0.0)
         behind = best + max(lost, 0.0)
         # What is left beyond the floor is unknown: a second unknown of that size would turn one
         # candidate into another, however many samples there are.
@@ -347,7 +350,7 @@ class Judgement:
             simpler = self._within([other], [term])
             near = apart <= unknown or self.rms(rival) <= math.hypot(1.0, _ALIKE) * best
             if not simpler and near and apart <= math.sqrt(_OWN) * own:
-                weight = _UNLIKELY ** (rarity(other.effect) - rarity(term.effect))
+                weight = _UNLIKELY ** max(rarity(other.effect) - rarity(term.effect), 0)
                 weights.setdefault(other.effect, weight)
             else:
                 behind = min(behind, max(self.rms(rival), best))

@@ -32,9 +32,6 @@ _ONCE = 0.1  # an order this near to 1 is once per turn
 _RARE = {
     "constant_load": 1,
     "stribeck_friction": 1,
-    "direction_dependent_friction": 1,
-    "torque_constant_error": 1,
-    "actuation_delay": 1,
     "spring_load": 2,
     "periodic_disturbance": 2,
     "torque_ripple": 2,
