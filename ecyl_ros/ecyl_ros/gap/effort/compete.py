@@ -207,7 +207,7 @@ class _Run:
             one
             for one in found
             if one.effect not in self.barred
-            and not self.barred.intersection(_contained(one))  # which would bring it back in
+            and not self.barred.intersection(contained(one))  # which would bring it back in
             and (one.effect not in held or one.effect in _PERIODIC)
             and one.effect not in finer
         ]
@@ -463,7 +463,7 @@ class _Run:
         return best / math.tau if over_time else best
 
 
-def _contained(one: Term) -> tuple[str, ...]:
+def contained(one: Term) -> tuple[str, ...]:
     """Effects that a term can take the place of: levels by direction hold a constant load, too."""
     return (*one.refines, "constant_load") if one.key == "by_direction" else one.refines
 

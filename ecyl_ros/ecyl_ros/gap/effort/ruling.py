@@ -14,7 +14,7 @@ from ...effects.catalogue import CATALOGUE
 from ..diagnosis import BoolArray, Cause, FittedParameter
 from ..verdict import EXPLAINED_SHRINK, NAMED, NO_GAP_RATIO, STRUCTURELESS
 from .balance import Balance, Interval, Solution
-from .compete import LATE, Contest
+from .compete import LATE, Contest, contained
 from .floor import white_floor
 from .neutral import SHEET, SILENT, why_not
 from .terms import Catalogue, Term, rarity
@@ -339,7 +339,7 @@ class Judgement:
         )
         own = self._apart(winner, self.contest.without[term.effect])
         for other, rival in self.contest.swaps[term.effect]:
-            if term.effect in other.refines or self._finer(rival, winner, term):
+            if term.effect in contained(other) or self._finer(rival, winner, term):
                 continue  # a finer form of the same
             if other.effect == term.effect:  # another order or line, as good as the one found
                 behind = min(behind, max(self.rms(rival), best))
@@ -358,7 +358,8 @@ class Judgement:
         # Where the effort stood still while the output moved, something else drives it, too.
         acts = min(0.5 + 0.5 * sure, _CERTAIN) * (1.0 - self.motion.standing)
         # What is rare has to stand above what is unknown anyway.
-        acts = min(acts, 1.0 / (1.0 + rarity(term.effect) * (unknown / max(own, 1e-9 * best)) ** 2))
+        if rarity(term.effect) > 1:
+            acts = min(acts, 1.0 / (1.0 + 2.0 * (unknown / max(own, 1e-9 * best)) ** 2))
         return acts, acts / (1.0 + sum(weights.values())), tuple(weights)
 
     def _apart(self, one: Solution, other: Solution) -> float:
