@@ -42,7 +42,9 @@ CONSTANTS: dict[str, Default] = {
     "transmission.gear_ratio": Default(0.0, "a ratio of numbers of teeth"),
     "transmission.backlash": Default(0.3, "stated as a maximum, or measured on another piece"),
     "transmission.stiffness": Default(0.2, "calculated from parts in series"),
-    "transmission.contact_damping": Default(0.5, "seldom stated, mostly an estimate"),
+    "transmission.contact_damping": Default(
+        0.5, "seldom stated, mostly an estimate; where it is left out, up to a damping ratio of 0.1"
+    ),
     "load.inertia": Default(0.1, "from drawings: density, grease, cables, what is mounted"),
     "load.viscous_friction": Default(0.5, "seals, nut, guides: grease, temperature, running in"),
     "controller.position.kp": Default(0.0, "a setting"),

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..drive.parameters import DriveParameters, leaf_fields
-from ..drive.tolerances import constants_of, half_widths
+from ..drive.tolerances import ALL, EXACT, constants_of, half_widths
 from ..effects.catalogue import CATALOGUE
 
 FloatArray = NDArray[np.float64]
@@ -28,7 +28,18 @@ FloatArray = NDArray[np.float64]
 # different ones. Calibrated with the sealed study: the square of a misfit that falls by 4 %, the
 # least that an effect has to take off, is then worth as much as a constant at twice its tolerance.
 EVIDENCE_PER_S = 25.0
+_DAMPING, _DAMPING_RATIO = "transmission.contact_damping", 0.1
 _FAR = 50.0  # tolerances that a pull may reach, and factor that a constant may change by
+
+
+def _damping_of_steel(drive: DriveParameters) -> float:
+    """Contact damping that a transmission may have of which nobody states any, N m s/rad.
+
+    No contact of flanks is without loss: joints of steel damp their resonance by some percent.
+    """
+    rotor, load = drive.motor.rotor_inertia, drive.load.inertia
+    reduced = rotor * load / (rotor + load)
+    return 2.0 * _DAMPING_RATIO * math.sqrt(drive.transmission.stiffness[0] * reduced)
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,6 +62,9 @@ class Sheet:
         """The sheet of a drive, to be weighed against a recording of `duration_s`."""
         nominal = constants_of(drive)
         widths = half_widths(nominal, drive.tolerances)
+        stated = drive.tolerances.get(_DAMPING, drive.tolerances.get(ALL))
+        if nominal[_DAMPING] == 0.0 and stated != EXACT:
+            widths[_DAMPING] = max(widths[_DAMPING], _damping_of_steel(drive))
         keys = tuple(key for key, width in widths.items() if width > 0.0)
         leaves = leaf_fields()
         return cls(
@@ -99,7 +113,8 @@ class Sheet:
         reach = np.where(
             relative > 0.0, math.log(_FAR) / np.where(relative > 0, relative, 1.0), _FAR
         )
-        return -np.minimum(reach, _FAR), np.minimum(reach, _FAR)
+        low = np.where(self.nominal > 0.0, -np.minimum(reach, _FAR), 0.0)
+        return low, np.minimum(reach, _FAR)
 
     def price(self, pulls: FloatArray) -> float:
         """What leaving the sheet costs: the sum of (2 pull)^2."""
