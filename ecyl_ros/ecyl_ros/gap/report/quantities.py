@@ -27,6 +27,7 @@ _LADDERS: dict[str, tuple[tuple[float, str], ...]] = {
     "N/m": ((1e-6, "MN/m"), (1e-3, "kN/m"), (1.0, "N/m")),
     "kg m^2": ((1.0, "kg m^2"), (1e4, "kg cm^2"), (1e7, "g cm^2")),
     "ohm": ((1.0, "ohm"), (1e3, "mohm")),
+    "H": ((1.0, "H"), (1e3, "mH"), (1e6, "uH")),
 }
 _SMALLEST = 0.1  # a unit is taken if the number then is no smaller
 _MOST_DIGITS = 5  # of a value beside its interval, unless both ends then read the same
