@@ -564,9 +564,5 @@ def leave_one_out(
     """
     found: dict[str, Fit] = {}
     for name in winner.names:
-        rest = {key: value for key, value in winner.values.items() if key != name}
-        # A constant that no effect stands for any more goes on from where it was.
-        own = fitter.sheet.pulled_to(name, winner.values[name], fitter.replay.nominal)
-        start = fitter.evaluate(rest, winner.pulls + own)
-        found[name] = refit(start) if rest else nominal
+        found[name] = refit(fitter.without(winner, [name])) if len(winner.names) > 1 else nominal
     return found

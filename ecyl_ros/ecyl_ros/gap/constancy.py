@@ -118,17 +118,9 @@ def without_effects(
 ) -> Competition:
     """The competition with `effects` taken out of its winner, the others fitted anew."""
     winner = competition.winner
-    kept = [name for name in winner.names if name not in effects]
     best = competition.sheet
-    if kept:
-        pulls = winner.pulls
-        for name in effects:
-            if name in winner.values:
-                # A constant that no effect stands for any more goes on from where it was.
-                pulls = pulls + fitter.sheet.pulled_to(
-                    name, winner.values[name], fitter.replay.nominal
-                )
-        start = fitter.evaluate({name: winner.values[name] for name in kept}, pulls)
+    if set(winner.names) - set(effects):
+        start = fitter.without(winner, effects)
         fit = fitter.polish(start, _STEPS)
         best = fit if earns(fitter, fit, best) else best
     without = leave_one_out(

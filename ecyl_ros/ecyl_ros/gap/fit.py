@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -40,7 +40,6 @@ _AMPLIFIED = 1.2  # times a perfect model's misfit: from here on noise counts as
 _NEAR_FLOOR = 1.3  # times a perfect model's cost: no closer look needed
 _ALONE = 2  # times the derivatives of a fit that has no constants beside it: they cost less
 _PRICE_MATTERS = 3.0  # times a perfect model's cost
-_STUCK = 0.95  # of the cost: a joint fit that leaves more has nothing to go on with
 _REACH = 60.0  # a fit may change a positive parameter by this factor either way
 _CONVERGED, _ON_THE_WAY = 0.02, 2.0  # falls of the objective below which a fit, a search has ended
 # Levenberg's damping, tried in turn until a step leaves less; steps that come near need none.
@@ -230,6 +229,18 @@ class Fitter:
             self.sheet.priced(left, pulls),
             left,
         )
+
+    def without(self, fit: Fit, effects: Collection[str]) -> Fit:
+        """What a fit leaves without some of its effects, the others as they are.
+
+        A constant that no effect stands for any more goes on from where it was.
+        """
+        pulls = fit.pulls
+        for name in fit.names:
+            if name in effects:
+                pulls = pulls + self.sheet.pulled_to(name, fit.values[name], self.replay.nominal)
+        rest = {name: given for name, given in fit.values.items() if name not in effects}
+        return self.evaluate(rest, pulls)
 
     def search(self, start: Fit, known: Fit | None = None) -> Fit:
         """Fit from afar, without the parameters that only shape an effect.

@@ -16,6 +16,8 @@ from ..effects.catalogue import CATALOGUE
 from .fit import LOSS_SCALE, Fit, Fitter, Values
 from .replay import FloatArray
 
+_UNSEEN = 1e-3  # share below which a constant is where the sheet has it
+
 
 @dataclass(frozen=True, eq=False)
 class Strain:
@@ -62,9 +64,6 @@ def strains(fit: Fit, fitter: Fitter) -> list[Strain]:
         pulls[list(fit.pulled)] += moved[first:]
         found.append(Strain(row, 4.0 * pull**2 / seen, pull / seen, values, pulls))
     return sorted(found, key=lambda one: -one.saved)
-
-
-_UNSEEN = 1e-3  # share below which a constant is where the sheet has it
 
 
 def effect_of(row: int, fitter: Fitter) -> str | None:
