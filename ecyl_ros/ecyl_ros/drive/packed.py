@@ -42,6 +42,7 @@ PACKED = np.dtype(
         ("load_viscous", "f8"),
         ("tick", "f8"),  # s, control period
         ("substeps", "i8"),
+        ("finer", "i8"),  # parts of a sub-step while an effect is faster than the drive
         ("actuation_delay", "f8"),  # ticks, broken ones too
         ("measurement_delay", "f8"),  # ticks, broken ones too
         ("feedback_rod", "i8"),
@@ -88,15 +89,22 @@ PACKED = np.dtype(
 )
 
 
+# Rate x step that sub-steps keep to. A fourth-order step then errs by some 1e-6 of the fastest
+# oscillation per radian of it; `python benchmarks/convergence.py` prints what halving it changes.
+RATE_STEP = 0.1
+
+
 def fastest_rate(drive: DriveParameters) -> float:
-    """Largest rate constant of the plant, 1/s: contact resonance, contact damping, R/L, effects."""
+    """Largest rate constant of the plant, 1/s: contact resonance, contact damping, R/L, bristles.
+
+    Those of effects that are faster, but not all the time, are in `effects_rate`.
+    """
     compliance = 1.0 / drive.motor.rotor_inertia + 1.0 / drive.load.inertia
     resonance = math.sqrt(max(drive.transmission.stiffness) * compliance)
     damping = drive.transmission.contact_damping * compliance
     electrical = drive.motor.resistance / drive.motor.inductance
-    bristle = effect = 0.0
+    bristle = 0.0
     for name, values in drive.effects.items():
-        effect = max(effect, CATALOGUE[name].rate(CATALOGUE[name].complete(values), drive))
         for port, inertia in (
             ("rotor_friction", drive.motor.rotor_inertia),
             ("load_friction", drive.load.inertia),
@@ -105,29 +113,40 @@ def fastest_rate(drive: DriveParameters) -> float:
                 level = max((v for k, v in values.items() if k.endswith("_nm")), default=0.0)
                 breakaway = values.get("breakaway_rad", BREAKAWAY_RAD)
                 bristle = max(bristle, math.sqrt(abs(level) / (breakaway * inertia)))
-    return max(resonance, damping, electrical, bristle, effect)
+    return max(resonance, damping, electrical, bristle)
 
 
-def choose_substeps(drive: DriveParameters) -> int:
-    """Sub-steps per control tick that keep rate x step <= 0.1.
+def effects_rate(drive: DriveParameters) -> float:
+    """Largest rate constant that an effect brings in where it is fast (port `fast`), 1/s."""
+    rates = (CATALOGUE[n].rate(CATALOGUE[n].complete(v), drive) for n, v in drive.effects.items())
+    return max(rates, default=0.0)
 
-    A fourth-order step then errs by some 1e-6 of the fastest oscillation per radian of it;
-    `python benchmarks/convergence.py` prints what halving the step changes.
-    """
-    return max(1, math.ceil(fastest_rate(drive) / (0.1 * drive.controller.rate) - 1e-9))
+
+def choose_substeps(drive: DriveParameters, rate_step: float = RATE_STEP) -> int:
+    """Sub-steps per control tick that keep rate x step <= `rate_step`."""
+    return max(1, math.ceil(fastest_rate(drive) / (rate_step * drive.controller.rate) - 1e-9))
 
 
 def pack(
     drive: DriveParameters,
     *,
     substeps: int | None = None,
+    rate_step: float = RATE_STEP,
+    most: int | None = None,
     believed: DriveParameters | None = None,
 ) -> np.ndarray:
     """Pack `drive` into a one-element record array of dtype `PACKED`.
 
-    substeps: overrides the automatic choice (for convergence studies). believed: the drive that
-    the controller was set up for, where its constants are not those of `drive`.
+    substeps: overrides the automatic choice (for convergence studies). rate_step: of that choice.
+    most: sub-steps per tick at the most, parts of such counted, however fast the drive is.
+    believed: the drive that the controller was set up for, where its constants are not those of
+    `drive`.
     """
+    chosen = choose_substeps(drive, rate_step)
+    finer = math.ceil(effects_rate(drive) / (rate_step * drive.controller.rate * chosen) - 1e-9)
+    if most is not None:
+        chosen = min(chosen, most)
+        finer = min(finer, most // chosen)
     believed = believed or drive
     record = np.zeros(1, PACKED)
     motor, transmission, load = drive.motor, drive.transmission, drive.load
@@ -148,7 +167,8 @@ def pack(
         "contact_damping": transmission.contact_damping,
         "load_viscous": load.viscous_friction,
         "tick": 1.0 / controller.rate,
-        "substeps": choose_substeps(drive) if substeps is None else substeps,
+        "substeps": chosen if substeps is None else substeps,
+        "finer": max(finer, 1),
         "actuation_delay": controller.delay_ticks,
         "feedback_rod": controller.feedback == "rod",
         "believed_rotor_per_rod": 1.0 / believed.transmission.rod_per_rotor,

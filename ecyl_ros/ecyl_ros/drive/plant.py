@@ -163,7 +163,16 @@ def _advance(state, u_d, u_q, share, params):
     # Two compilations of one step: a drive without effects in its plant does not pay for them.
     if p.acts_in_plant:
         for index in range(steps):
-            y = _substep(y, u_d, u_q, step, time + index * step, True, p)
+            after = _substep(y, u_d, u_q, step, time + index * step, True, p)
+            if p.finer > 1 and (
+                y[5] * after[5] <= 0.0 or ports.fast(p, y[5]) or ports.fast(p, after[5])
+            ):
+                part = step / p.finer
+                for piece in range(p.finer):
+                    now = time + index * step + piece * part
+                    y = _substep(y, u_d, u_q, part, now, True, p)
+            else:
+                y = after
     else:
         for index in range(steps):
             y = _substep(y, u_d, u_q, step, time + index * step, None, p)

@@ -138,7 +138,8 @@ class Effect:
         constant: key of the drive file's constant that it gives another value, None where it is
             something that the nominal model does not have. on_top: its parameter is what comes on
             top of the nominal value, not the value.
-        rate: largest rate constant that it brings into the plant, 1/s; integrators step by it.
+        rate: largest rate constant that it brings into the plant, 1/s; integrators step by it where
+            the effect's kernel `fast` says that it is so fast.
     """
 
     name: str

@@ -67,6 +67,12 @@ EFFECT = Effect(
 
 
 @kernel
+def fast(p, current):
+    """While the current is near zero: at five transitions 1e-4 of the rate is left."""
+    return 1.0 if abs(current) < 5.0 * p.inverter_dead_time_transition_a else 0.0
+
+
+@kernel
 def inverter_voltage(p, current, voltage):
     """Against the sign of the current."""
     if p.inverter_dead_time_voltage_v == 0.0:

@@ -14,6 +14,7 @@ first and gives zero while its own parameters are zero. Angles, speeds and torqu
 | `rotor_speed_error` | rotor angle rad, speed rad/s | rad/s added to the speed reading |
 | `current_error` | i_q A | A added to the current reading |
 | `rod_error` | load angle rad | rad added to the rod's reading |
+| `fast` | i_q A | above 0 where the effect is as fast as its `rate` says: shorter steps |
 
 A friction level is what the contact could resist; `drive.friction` makes a torque of it.
 """
@@ -35,6 +36,7 @@ ARGUMENTS = {
     "rotor_speed_error": 2,
     "current_error": 1,
     "rod_error": 1,
+    "fast": 1,
 }
 
 # Those that act within a step of the plant, not where it is measured.
@@ -101,3 +103,4 @@ rotor_angle_error = _port("rotor_angle_error")
 rotor_speed_error = _port("rotor_speed_error")
 current_error = _port("current_error")
 rod_error = _port("rod_error")
+fast = _port("fast")

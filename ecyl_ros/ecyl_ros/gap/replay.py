@@ -16,7 +16,7 @@ from scipy.interpolate import CubicHermiteSpline, CubicSpline
 from ..drive.cascade import initial_cascade_state
 from ..drive.engine import COLUMNS, MEASUREMENT, VOLTAGE, run_ticks
 from ..drive.loop_noise import current_command_noise
-from ..drive.packed import fastest_rate, pack
+from ..drive.packed import pack
 from ..drive.parameters import DriveParameters
 from ..drive.plant import MEASURED, initial_state, voltage_queue
 from ..drive.tolerances import with_constants
@@ -367,10 +367,7 @@ class Replay:
         """
         base = drive or self.drive
         drive = dataclasses.replace(base, effects={**base.effects, **effects})
-        substeps = math.ceil(
-            fastest_rate(drive) / (_REPLAY_RATE_STEP * drive.controller.rate) - 1e-9
-        )
-        return pack(drive, substeps=min(max(1, substeps), _MOST_SUBSTEPS), believed=self.nominal)
+        return pack(drive, rate_step=_REPLAY_RATE_STEP, most=_MOST_SUBSTEPS, believed=self.nominal)
 
     def run(
         self,
