@@ -14,10 +14,10 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
 
+from ecyl_ros.drive.rigid.machine import load_machine
 from ecyl_ros.gap.diagnosis import Diagnosis
 from ecyl_ros.gap.effort.follow import diagnose_follower
 from ecyl_ros.gap.effort.judge import diagnose_effort
-from ecyl_ros.gap.effort.machine import load_machine
 from ecyl_ros.recording.load import load_recording
 from ecyl_ros.recording.map import load_map
 

@@ -25,7 +25,7 @@ _PACKAGE = Path(__file__).resolve().parents[1]
 
 def _sources_digest() -> str:
     digest = hashlib.sha256()
-    for folder in ("drive", "effects", "gap/study/cylinder", "gap/study/rigid"):
+    for folder in ("drive", "drive/rigid", "effects", "gap/study/cylinder", "gap/study/rigid"):
         for path in sorted((_PACKAGE / folder).glob("*.py")):
             digest.update(path.name.encode() + b"\0" + path.read_bytes())
     return digest.hexdigest()[:16]

@@ -9,6 +9,7 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.signal import find_peaks, welch
 
+from ...drive.rigid.acting import as_file, numbered
 from ...effects.catalogue import CATALOGUE
 from ...recording.signals import Recording
 from ..diagnosis import (
@@ -22,7 +23,6 @@ from ..diagnosis import (
     Series,
     SignalGap,
 )
-from .acting import as_file, numbered
 from .balance import Interval, Solution
 from .closest import closest
 from .floor import white_floor

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import dataclasses
 
-from .acting import Acting
+from ...drive.rigid.acting import Acting
+from ...drive.rigid.machine import Machine
+from ...drive.rigid.model import gain_ratio
 from .balance import Solution
-from .machine import Machine
-from .model import gain_ratio
 from .terms import Catalogue
 
 _ADDING = ("viscous_friction", "coulomb_friction", "constant_load", "direction_dependent_friction")

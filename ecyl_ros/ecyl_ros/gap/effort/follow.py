@@ -19,6 +19,7 @@ import numpy as np
 from scipy.stats import t as student
 
 from ...drive.compiled import kernel
+from ...drive.rigid.machine import Machine
 from ...errors import InputError
 from ...recording.signals import Recording
 from ..diagnosis import (
@@ -32,7 +33,6 @@ from ..diagnosis import (
 )
 from ..verdict import NO_GAP_RATIO
 from .balance import HELD_OUT_EVERY, stretch_length
-from .machine import Machine
 from .motion import Motion, motion_of
 
 SHORTEST_S = 3.0

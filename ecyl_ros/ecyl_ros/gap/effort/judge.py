@@ -8,6 +8,7 @@ from collections.abc import Callable, Collection
 
 import numpy as np
 
+from ...drive.rigid.machine import Machine
 from ...errors import InputError
 from ...recording.signals import Recording
 from ..diagnosis import Diagnosis
@@ -15,7 +16,6 @@ from .assemble import Assembly
 from .balance import Balance, Solution
 from .compete import compete, concluded
 from .floor import repeatability, white_floor
-from .machine import Machine
 from .motion import Motion, motion_of
 from .ruling import Judgement
 from .terms import Catalogue

@@ -16,11 +16,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import butter, sosfiltfilt, welch
 
+from ...drive.rigid.loop import asked_along
+from ...drive.rigid.machine import EFFORTS, Machine
 from ...errors import InputError
 from ...recording.signals import FOREIGN_SIGNALS, SIGNALS, Recording
 from ..diagnosis import BoolArray, FloatArray
-from .loop import asked_along
-from .machine import EFFORTS, Machine
 
 _ORDER = 4  # of the low-passes, run forwards and backwards
 _DERIVATIVE = 2.5  # cutoff before differentiating, over the bandwidth

@@ -17,13 +17,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...drive.rigid.driven import Driven, Pieces, by_effort, by_loop, pieces
+from ...drive.rigid.model import model_of
 from ..diagnosis import FloatArray, Measured, SignalGap
 from ..report import quantities as q
 from .balance import Balance, Solution
 from .closest import closest
-from .driven import Driven, Pieces, by_effort, by_loop, pieces
 from .floor import white_floor
-from .model import model_of
 from .ruling import Judgement, Ruling
 
 _SHORTEST_S = 0.1  # of a piece that runs through

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+from ...drive.rigid.machine import KEYS, Machine
+from ...drive.rigid.units import Units
 from ..diagnosis import SheetValue
 from .balance import Interval
-from .machine import KEYS, Machine
 from .terms import Term
-from .units import Units
 
 # The constant that a term gives another value; whether its parameter is that value or comes on top.
 _CONSTANTS = {

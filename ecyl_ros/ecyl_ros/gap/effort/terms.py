@@ -16,12 +16,12 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from ...drive.rigid.acting import Acting
+from ...drive.rigid.machine import Machine
+from ...drive.rigid.model import gain_ratio, model_of
+from ...drive.rigid.units import Units
 from ..diagnosis import FloatArray
-from .acting import Acting
-from .machine import Machine
-from .model import gain_ratio, model_of
 from .motion import Motion
-from .units import Units
 
 _SOFT = 1e-3  # of the largest speed: below it the sign of the speed is not trusted
 _SOFTEST = 0.03  # of it: beyond, a level would look like a rise with speed

@@ -16,12 +16,12 @@ from pathlib import Path
 import yaml
 
 from ...drive.drive_file import resolve_drive
+from ...drive.rigid.acting import Acting, as_file
+from ...drive.rigid.machine import Machine, load_machine
+from ...drive.rigid.units import Units
 from ...errors import InputError
 from ..diagnosis import Diagnosis
 from ..twin import add_effects, remarks, write_checked
-from .acting import Acting, as_file
-from .machine import Machine, load_machine
-from .units import Units
 
 _DIGITS = 9
 _NEAR = 1e-6  # relative: rounding to so many digits, over sums of two

@@ -7,8 +7,8 @@ from dataclasses import dataclass, fields, replace
 from typing import Any
 
 from ...drive.parameters import DriveParameters
+from ...drive.rigid.machine import Machine
 from ...recording.signals import Recording
-from ..effort.machine import Machine
 
 
 @dataclass(frozen=True)

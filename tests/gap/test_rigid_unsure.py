@@ -5,10 +5,10 @@ from __future__ import annotations
 import dataclasses
 
 import numpy as np
-from effort_machines import LINEAR, RATE_HZ, ROTARY, Motion, motion, recorded
+from rigid_machines import LINEAR, RATE_HZ, ROTARY, Motion, motion, recorded
 
+from ecyl_ros.drive.rigid.machine import Machine
 from ecyl_ros.gap.effort.judge import diagnose_effort
-from ecyl_ros.gap.effort.machine import Machine
 from ecyl_ros.gap.effort.motion import motion_of
 from ecyl_ros.gap.effort.rest import at_rest
 

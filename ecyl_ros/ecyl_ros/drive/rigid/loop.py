@@ -14,8 +14,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...drive.compiled import kernel
-from ..diagnosis import FloatArray
+from ...recording.signals import FloatArray
+from ..compiled import kernel
 from .machine import Machine
 
 

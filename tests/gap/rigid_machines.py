@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ecyl_ros.gap.effort.machine import Machine
+from ecyl_ros.drive.rigid.machine import Machine
 from ecyl_ros.recording.signals import Recording
 
 RATE_HZ = 1000.0

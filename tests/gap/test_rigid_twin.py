@@ -7,13 +7,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from effort_machines import LINEAR, ROTARY, motion, recorded
+from rigid_machines import LINEAR, ROTARY, motion, recorded
 
 from ecyl_ros.cli.main import main
+from ecyl_ros.drive.rigid.acting import effects_of, effects_table
+from ecyl_ros.drive.rigid.machine import Machine, load_machine
 from ecyl_ros.errors import InputError
-from ecyl_ros.gap.effort.acting import effects_of, effects_table
 from ecyl_ros.gap.effort.judge import diagnose_effort
-from ecyl_ros.gap.effort.machine import Machine, load_machine
 from ecyl_ros.gap.effort.twin import write_effort_twin
 from ecyl_ros.recording.csvfile import write_csv
 

@@ -16,8 +16,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...drive.compiled import kernel
-from ..diagnosis import FloatArray
+from ...recording.signals import FloatArray
+from ..compiled import kernel
 from .model import Model
 
 _EDGE = 0.1  # of a jam's width, over which it sets in

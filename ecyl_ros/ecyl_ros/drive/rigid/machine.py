@@ -14,9 +14,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from ...drive.drive_file import NODE_KEYS, read_parameter_file, resolve_drive
-from ...drive.tolerances import RIGID, half_widths, stated_tolerances
 from ...errors import InputError
+from ..drive_file import NODE_KEYS, read_parameter_file, resolve_drive
+from ..tolerances import RIGID, half_widths, stated_tolerances
 from .acting import Acting, effects_table, parse
 
 KINDS = ("rigid", "follower")

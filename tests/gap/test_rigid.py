@@ -6,14 +6,14 @@ import dataclasses
 
 import numpy as np
 import pytest
-from effort_machines import LINEAR, ROTARY, motion, recorded
+from rigid_machines import LINEAR, ROTARY, motion, recorded
 from scipy.signal import butter, sosfiltfilt
 
+from ecyl_ros.drive.rigid.machine import KEYS, Machine, load_machine
 from ecyl_ros.errors import InputError
 from ecyl_ros.gap.effort.balance import Balance
 from ecyl_ros.gap.effort.floor import repeatability
 from ecyl_ros.gap.effort.judge import diagnose_effort
-from ecyl_ros.gap.effort.machine import KEYS, Machine, load_machine
 from ecyl_ros.gap.effort.motion import motion_of
 from ecyl_ros.gap.effort.terms import Catalogue
 from ecyl_ros.gap.report.page import report_html

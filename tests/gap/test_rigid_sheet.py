@@ -6,11 +6,11 @@ import dataclasses
 
 import numpy as np
 import pytest
-from effort_machines import LINEAR, motion, recorded
+from rigid_machines import LINEAR, motion, recorded
 
+from ecyl_ros.drive.rigid.machine import machine_from_flat
 from ecyl_ros.errors import InputError
 from ecyl_ros.gap.effort.judge import diagnose_effort
-from ecyl_ros.gap.effort.machine import machine_from_flat
 
 M = motion(0.05)
 FILE = {"drive.kind": "rigid", "drive.output": "linear", "load.mass": 20.0}

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from ecyl_ros.drive.rigid.machine import Machine
 from ecyl_ros.errors import InputError
 from ecyl_ros.gap.effort.follow import diagnose_follower, resolution
-from ecyl_ros.gap.effort.machine import Machine
 from ecyl_ros.gap.report.page import report_html
 from ecyl_ros.gap.report.terminal import summary
 from ecyl_ros.recording.signals import Recording

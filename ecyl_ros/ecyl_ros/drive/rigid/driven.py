@@ -5,22 +5,64 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
-from ...drive.compiled import kernel
-from ..diagnosis import BoolArray, FloatArray
+from ...recording.signals import FloatArray
+from ..compiled import kernel
 from .loop import ask, gains_of, reference_speed
 from .machine import Machine
 from .model import model_of
-from .motion import Motion
 from .plant import along, plant_of, step
+
+BoolArray = NDArray[np.bool_]
 
 _FINEST_S = 1e-4  # steps are no longer than this, and two at least between two ticks
 _FIRST = 5  # samples whose mean effort the loop's integral begins with
 _REST = 1e-3  # of the largest speed: below it a piece begins at rest, so that friction can stick
+
+
+class Course(Protocol):
+    """A measured motion on an even grid; float64[n] in SI of the output, NaN where unknown."""
+
+    @property
+    def time_s(self) -> FloatArray:
+        """From the first sample, s."""
+
+    @property
+    def rate_hz(self) -> float:
+        """Of the grid."""
+
+    @property
+    def position(self) -> FloatArray:
+        """Measured."""
+
+    @property
+    def velocity(self) -> FloatArray:
+        """Measured, or from the position."""
+
+    @property
+    def recorded_velocity(self) -> FloatArray:
+        """Measured; NaN throughout where no speed was recorded."""
+
+    @property
+    def reference_position(self) -> FloatArray:
+        """Asked for."""
+
+    @property
+    def reference_velocity(self) -> FloatArray:
+        """Asked for."""
+
+    @property
+    def effort(self) -> FloatArray:
+        """Measured, in the unit that the machine's effects are counted in."""
+
+    @property
+    def usable(self) -> BoolArray:
+        """bool[n], where the motion is known."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,7 +103,7 @@ def pieces(where: BoolArray, label: NDArray[np.int64] | None = None, least: int 
 
 
 def by_effort(
-    motion: Motion, machine: Machine, own: bool, parts: Pieces, push: FloatArray
+    motion: Course, machine: Machine, own: bool, parts: Pieces, push: FloatArray
 ) -> Driven:
     """Driven by the effort that was measured, piece by piece.
 
@@ -84,7 +126,7 @@ def by_effort(
     return found
 
 
-def by_loop(motion: Motion, machine: Machine, own: bool, parts: Pieces, push: FloatArray) -> Driven:
+def by_loop(motion: Course, machine: Machine, own: bool, parts: Pieces, push: FloatArray) -> Driven:
     """Driven by the reference through the loop of the machine's file, piece by piece.
 
     push: load beyond the machine's, float64[n].
@@ -134,11 +176,11 @@ def by_loop(motion: Motion, machine: Machine, own: bool, parts: Pieces, push: Fl
     return found
 
 
-def _nothing(motion: Motion) -> Driven:
+def _nothing(motion: Course) -> Driven:
     return Driven(*(np.full(motion.time_s.size, np.nan) for _ in range(3)))
 
 
-def _begin(motion: Motion, first: int) -> tuple[float, float]:
+def _begin(motion: Course, first: int) -> tuple[float, float]:
     """Measured position and speed, at rest where the speed is next to nought."""
     top = float(np.quantile(np.abs(motion.velocity[motion.usable]), 0.99))
     speed = float(motion.velocity[first])
