@@ -14,7 +14,7 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
 
-from ecyl_ros.drive.rigid.machine import load_machine
+from ecyl_ros.drive.rigid.machine_file import load_machine
 from ecyl_ros.gap.diagnosis import Diagnosis
 from ecyl_ros.gap.effort.follow import diagnose_follower
 from ecyl_ros.gap.effort.judge import diagnose_effort

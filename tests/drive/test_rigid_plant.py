@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from ecyl_ros.drive.rigid.acting import Acting
 from ecyl_ros.drive.rigid.machine import Machine
-from ecyl_ros.drive.rigid.model import model_of
-from ecyl_ros.drive.rigid.plant import along, plant_of
+from ecyl_ros.drive.rigid.model import Acting
+from ecyl_ros.drive.rigid.packed import model_of, plant_of
+from ecyl_ros.drive.rigid.plant import along
 
 MASS = 20.0
 FILE = Machine(

@@ -11,7 +11,8 @@ import pytest
 
 from ecyl_ros.cli.main import main
 from ecyl_ros.drive.drive_file import load_drive
-from ecyl_ros.drive.rigid.machine import Machine, key_table, load_machine
+from ecyl_ros.drive.rigid.machine import Machine
+from ecyl_ros.drive.rigid.machine_file import key_table, load_machine
 from ecyl_ros.gap.effort.judge import diagnose_effort
 from ecyl_ros.recording.map import load_map
 from ecyl_ros.recording.reader import read_recording

@@ -9,7 +9,8 @@ import pytest
 from rigid_machines import LINEAR, ROTARY, motion, recorded
 from scipy.signal import butter, sosfiltfilt
 
-from ecyl_ros.drive.rigid.machine import KEYS, Machine, load_machine
+from ecyl_ros.drive.rigid.machine import KEYS, Machine
+from ecyl_ros.drive.rigid.machine_file import load_machine
 from ecyl_ros.errors import InputError
 from ecyl_ros.gap.effort.balance import Balance
 from ecyl_ros.gap.effort.floor import repeatability

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from rigid_machines import LINEAR, motion, recorded
 
-from ecyl_ros.drive.rigid.machine import machine_from_flat
+from ecyl_ros.drive.rigid.machine_file import machine_from_flat
 from ecyl_ros.errors import InputError
 from ecyl_ros.gap.effort.judge import diagnose_effort
 

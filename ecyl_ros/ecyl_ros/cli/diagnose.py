@@ -120,7 +120,7 @@ _LOOKED_THROUGH = 0.2  # share of the work, where a long recording is looked thr
 
 def _judge(options: argparse.Namespace, drive_file: Path) -> Judge:
     """What reads and diagnoses the recording, for the kind of drive that the file describes."""
-    from ..drive.rigid.machine import is_machine_file, load_machine
+    from ..drive.rigid.machine_file import is_machine_file, load_machine
 
     if not is_machine_file(drive_file):
         if options.mode is not None:

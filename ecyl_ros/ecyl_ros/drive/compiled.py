@@ -54,3 +54,9 @@ def kernel(function: Callable, *, cache: bool = True) -> Callable:
         return njit(cache=cache, fastmath=False, error_model="numpy", nogil=True)(function)
     finally:
         config.CACHE_DIR = chosen  # type: ignore[attr-defined]
+
+
+def over_arrays(compiled: Callable) -> Callable:
+    """The function behind a kernel written in NumPy: the same law along a whole motion."""
+    function: Callable = compiled.py_func  # type: ignore[attr-defined]
+    return function

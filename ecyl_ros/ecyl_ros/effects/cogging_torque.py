@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
-import math
+import numpy as np
 
 from ..drive.compiled import kernel
-from .effect import Effect, Evidence, Quantity, Start, phase
+from .along import Along
+from .effect import Effect, Evidence, FloatArray, Quantity, Start, phase
+from .rigid_form import HUGE, RigidForm, Stem, Values
 from .starts import angular_orders, strongest
+from .term import Left, Term
+from .waves import ORDER, extent, order_parameters, parts, polar, quadratures, shown, size, wave
 
 
 def starts(evidence: Evidence) -> list[Start]:
@@ -16,8 +20,8 @@ def starts(evidence: Evidence) -> list[Start]:
         evidence.torque_nm, angle, angular_orders(angle, 96.0), 4, evidence.time_s * 0.0 + 1.0
     )
     return [
-        {"amplitude_nm": size, "periods_per_rev": order, "phase_rad": shift}
-        for order, size, shift in lines
+        {"amplitude_nm": height, "periods_per_rev": order, "phase_rad": shift}
+        for order, height, shift in lines
     ]
 
 
@@ -39,11 +43,78 @@ EFFECT = Effect(
 )
 
 
+_ONCE = 0.1  # an order this near to 1 is once per turn
+
+
+def term(along: Along, order: float) -> Term:
+    """A sine of a rigid drive's position."""
+    units, turn = along.units, along.turn
+    phase_rad = order * turn.angle
+    return Term(
+        effect="cogging_torque",
+        key=f"cogging {order:.9g}",
+        columns=quadratures(phase_rad),
+        parameters=lambda c: (
+            (units.level("amplitude"), units.effort, size(c)),
+            *order_parameters(along, order),
+        ),
+        values=lambda c: polar("amplitude", c) | {"wave": order * turn.rate},
+        low=(-np.inf, -np.inf),
+        fixed={turn.name: shown(along, order)},
+        alternatives=_once(order, turn.name),
+        extent=extent(along, order),
+        rate=order,
+        phase=phase_rad,
+    )
+
+
+def _once(order: float, name: str) -> tuple[str, ...]:
+    """What else makes one line per turn: a scale off its centre, a weight off the axis."""
+    if name == "period_m" or abs(order - 1.0) > _ONCE:
+        return ()
+    screw = name == "periods_per_screw_rev"
+    return ("encoder_eccentricity",) if screw else ("encoder_eccentricity", "gravity_on_arm")
+
+
+def _candidates(along: Along, left: Left) -> list[Term]:
+    return [term(along, order) for order in left.orders()]
+
+
+def _like(along: Along, left: Left, other: Term) -> Term | None:
+    order = left.nearest(other, False) if other.over_time else other.rate
+    return term(along, order) if order > 0.0 else None
+
+
+def _asked(along: Along, values: Values, effort: FloatArray) -> FloatArray:
+    columns = term(along, values["wave"] / along.turn.rate).columns
+    made: FloatArray = parts(values["amplitude"], values["phase"]) @ columns
+    return made
+
+
+RIGID = RigidForm(
+    stems=(Stem("amplitude", "level", 0.0, HUGE, "peak"), *ORDER),
+    candidates=_candidates,
+    asked=_asked,
+    several=True,
+    like=_like,
+    twins=("torque_ripple", "periodic_disturbance"),
+)
+
+
 @kernel
 def rotor_torque(p, angle, speed, current):
     """A sine of the rotor angle."""
     if p.cogging_torque_amplitude_nm == 0.0:
         return 0.0
-    return p.cogging_torque_amplitude_nm * math.sin(
-        p.cogging_torque_periods_per_rev * angle + p.cogging_torque_phase_rad
+    return wave(
+        p.cogging_torque_amplitude_nm,
+        p.cogging_torque_periods_per_rev,
+        p.cogging_torque_phase_rad,
+        angle,
     )
+
+
+@kernel
+def rigid_load(v, time, position):
+    """A sine of the position; v: amplitude, rad per m or rad, phase."""
+    return wave(v[0], v[1], v[2], position)

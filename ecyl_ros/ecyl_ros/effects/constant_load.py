@@ -2,11 +2,18 @@
 
 from __future__ import annotations
 
+import math
+from dataclasses import replace
+
 import numpy as np
 
 from ..drive.compiled import kernel
+from ..drive.rigid.model import Model
+from .along import Along
 from .effect import Effect, Evidence, Quantity, Start
+from .rigid_form import HUGE, RigidForm, Stem, Values, added
 from .starts import direction, regress
+from .term import Left, Term
 
 
 def starts(evidence: Evidence) -> list[Start]:
@@ -34,6 +41,43 @@ EFFECT = Effect(
         ),
     ),
     starts=starts,
+    rarity=1,
+)
+
+
+def term(along: Along) -> Term:
+    """A constant effort; where the motion goes one way only, friction looks the same."""
+    units = along.units
+    others: tuple[str, ...] = ("current_sensor_offset",)
+    if not along.both_ways:
+        others = (f"{along.side}_coulomb_friction", *others)
+    return Term(
+        effect="constant_load",
+        key="constant",
+        columns=along.one[None],
+        parameters=lambda c: ((units.load, units.effort, float(c[0])),),
+        values=lambda c: {"load": float(c[0])},
+        low=(-math.inf,),
+        alternatives=others,
+        mean=True,
+    )
+
+
+def _candidates(along: Along, left: Left) -> list[Term]:
+    return [term(along)]
+
+
+def _modify(model: Model, values: Values) -> Model:
+    return replace(model, constant=model.constant + values["load"])
+
+
+RIGID = RigidForm(
+    stems=(Stem("load", "load", -HUGE, HUGE, "positive against positive motion"),),
+    candidates=_candidates,
+    modify=_modify,
+    constant=("load.constant_load",) * 2,
+    on_top=True,
+    merged=added,
 )
 
 

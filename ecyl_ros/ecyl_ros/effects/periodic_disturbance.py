@@ -7,8 +7,12 @@ import math
 import numpy as np
 
 from ..drive.compiled import kernel
-from .effect import Effect, Evidence, Quantity, Start, phase
+from .along import Along
+from .effect import Effect, Evidence, FloatArray, Quantity, Start, phase
+from .rigid_form import HUGE, RigidForm, Stem, Values
 from .starts import strongest
+from .term import Left, Term
+from .waves import parts, phase_stem, polar, quadratures, size, wave
 
 
 def starts(evidence: Evidence) -> list[Start]:
@@ -25,11 +29,11 @@ def starts(evidence: Evidence) -> list[Start]:
     lines = strongest(error, time, rates, 3, np.ones_like(time))
     return [
         {
-            "amplitude_n": size * per_error / ratio,
+            "amplitude_n": height * per_error / ratio,
             "frequency_hz": rate / (2.0 * math.pi),
             "phase_rad": shift,
         }
-        for rate, size, shift in lines
+        for rate, height, shift in lines
     ]
 
 
@@ -45,6 +49,58 @@ EFFECT = Effect(
         phase("of the sine at the first sample"),
     ),
     starts=starts,
+    rarity=2,
+)
+
+
+def term(along: Along, frequency_hz: float) -> Term:
+    """A sine of time on a rigid drive."""
+    units, time_s = along.units, along.motion.time_s
+    phase_rad = math.tau * frequency_hz * time_s
+    return Term(
+        effect="periodic_disturbance",
+        key=f"disturbance {frequency_hz:.9g}",
+        columns=quadratures(phase_rad),
+        parameters=lambda c: (
+            (units.level("amplitude"), units.effort, size(c)),
+            ("frequency_hz", "Hz", frequency_hz),
+        ),
+        values=lambda c: polar("amplitude", c) | {"frequency": frequency_hz},
+        low=(-math.inf, -math.inf),
+        fixed={"frequency_hz": frequency_hz},
+        extent=float(np.ptp(time_s[along.motion.usable])),
+        rate=frequency_hz,
+        phase=phase_rad,
+        over_time=True,
+    )
+
+
+def _candidates(along: Along, left: Left) -> list[Term]:
+    return [term(along, frequency_hz) for frequency_hz in left.lines()]
+
+
+def _like(along: Along, left: Left, other: Term) -> Term | None:
+    frequency_hz = left.nearest(other, True)
+    return term(along, frequency_hz) if frequency_hz > 0.0 else None
+
+
+def _asked(along: Along, values: Values, effort: FloatArray) -> FloatArray:
+    columns = term(along, values["frequency"]).columns
+    made: FloatArray = parts(values["amplitude"], values["phase"]) @ columns
+    return made
+
+
+RIGID = RigidForm(
+    stems=(
+        Stem("amplitude", "level", 0.0, HUGE, "peak"),
+        Stem("frequency", "frequency", 1e-4, 1e6, "its frequency"),
+        phase_stem("the first sample"),
+    ),
+    candidates=_candidates,
+    asked=_asked,
+    several=True,
+    like=_like,
+    twins=("cogging_torque",),
 )
 
 
@@ -53,8 +109,12 @@ def load_torque(p, time, angle, speed):
     """A sine of time."""
     if p.periodic_disturbance_amplitude_n == 0.0:
         return 0.0
-    swing = math.sin(
-        2.0 * math.pi * p.periodic_disturbance_frequency_hz * time
-        + p.periodic_disturbance_phase_rad
-    )
+    rate = 2.0 * math.pi * p.periodic_disturbance_frequency_hz
+    swing = wave(1.0, rate, p.periodic_disturbance_phase_rad, time)
     return p.periodic_disturbance_amplitude_n * p.rod_per_rotor * swing
+
+
+@kernel
+def rigid_load(v, time, position):
+    """A sine of time; v: amplitude, Hz, phase."""
+    return wave(v[0], 2.0 * math.pi * v[1], v[2], time)

@@ -5,64 +5,21 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
-from ...recording.signals import FloatArray
 from ..compiled import kernel
+from .course import BoolArray, Course, FloatArray
 from .loop import ask, gains_of, reference_speed
 from .machine import Machine
-from .model import model_of
-from .plant import along, plant_of, step
-
-BoolArray = NDArray[np.bool_]
+from .packed import model_of, plant_of
+from .plant import along, step
 
 _FINEST_S = 1e-4  # steps are no longer than this, and two at least between two ticks
 _FIRST = 5  # samples whose mean effort the loop's integral begins with
 _REST = 1e-3  # of the largest speed: below it a piece begins at rest, so that friction can stick
-
-
-class Course(Protocol):
-    """A measured motion on an even grid; float64[n] in SI of the output, NaN where unknown."""
-
-    @property
-    def time_s(self) -> FloatArray:
-        """From the first sample, s."""
-
-    @property
-    def rate_hz(self) -> float:
-        """Of the grid."""
-
-    @property
-    def position(self) -> FloatArray:
-        """Measured."""
-
-    @property
-    def velocity(self) -> FloatArray:
-        """Measured, or from the position."""
-
-    @property
-    def recorded_velocity(self) -> FloatArray:
-        """Measured; NaN throughout where no speed was recorded."""
-
-    @property
-    def reference_position(self) -> FloatArray:
-        """Asked for."""
-
-    @property
-    def reference_velocity(self) -> FloatArray:
-        """Asked for."""
-
-    @property
-    def effort(self) -> FloatArray:
-        """Measured, in the unit that the machine's effects are counted in."""
-
-    @property
-    def usable(self) -> BoolArray:
-        """bool[n], where the motion is known."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -28,6 +28,11 @@ class Units:
         """Name of a parameter that is an effort."""
         return f"{name}_{self._token}".rstrip("_")
 
+    @property
+    def load(self) -> str:
+        """Name of a parameter that is a constant load."""
+        return self.level("force" if self.linear else "torque")
+
     def per_speed(self, name: str) -> str:
         """Name of a parameter that is an effort per speed."""
         return f"{name}_{self._token}_s_per_{'m' if self.linear else 'rad'}".replace("__", "_")

@@ -9,8 +9,13 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.signal import find_peaks, welch
 
-from ...drive.rigid.acting import as_file, numbered
+from ...drive.rigid.effects_file import as_file, numbered
+from ...effects import direction_dependent_friction as by_direction
+from ...effects import load_coulomb_friction as coulomb
+from ...effects import load_inertia_error as inertia
+from ...effects import load_viscous_friction as viscous
 from ...effects.catalogue import CATALOGUE
+from ...effects.term import Interval, Term
 from ...recording.signals import Recording
 from ..diagnosis import (
     Candidate,
@@ -23,13 +28,12 @@ from ..diagnosis import (
     Series,
     SignalGap,
 )
-from .balance import Interval, Solution
+from .balance import Solution
 from .closest import closest
 from .floor import white_floor
 from .replay import replay
 from .ruling import Judgement
 from .sheet import sheet_values
-from .terms import Term
 from .twin import EffortDiagnosis
 
 _LINES = 3
@@ -43,6 +47,7 @@ class Assembly:
         self.ruling = judgement.rule()
         self.judgement = judgement
         self.balance, self.catalogue = judgement.balance, judgement.catalogue
+        self.along = judgement.catalogue.along
         self.contest, self.floor = judgement.contest, judgement.floor
         self.machine, self.motion = judgement.machine, judgement.motion
         self.units, self.spread, self.rms = judgement.units, judgement.spread, judgement.rms
@@ -91,7 +96,7 @@ class Assembly:
             rate_hz=recording.rate_hz,
             measured=(*self._measured(named), *self.replay.measured),
             floor_is=self.judgement.floor_is,
-            closest=closest(self.catalogue, self.whole) if named else None,
+            closest=closest(self.along, self.whole) if named else None,
             sheet=sheet_values(self.whole.terms, self.spans, self.machine, self.units),
             within_sheet=ruling.after / self.spread if ruling.verdict == "within_sheet" else None,
             reason=ruling.reason,
@@ -99,7 +104,7 @@ class Assembly:
 
     def _values(self) -> dict[str, dict[str, float]]:
         """Of the named causes, as a drive file takes them."""
-        machine = closest(self.catalogue, self.whole)
+        machine = closest(self.along, self.whole)
         names = {one.effect for one in self.contest.order}
         written = as_file(machine.effects, self.units, machine.lead)
         return {name: values for name, values in written.items() if name in names}
@@ -136,7 +141,7 @@ class Assembly:
         at = motion.rows
         speed, rate = motion.velocity[at], balance.time_s
         step = float(np.median(np.diff(rate)))
-        top = self.catalogue.top_speed
+        top = self.along.top_speed
         crossing = np.zeros(speed.size, dtype=bool)
         crossing[1:] = np.signbit(speed[1:]) != np.signbit(speed[:-1])
         width = max(1, round(0.06 / step))
@@ -150,8 +155,8 @@ class Assembly:
             "high_speed": np.abs(speed) > 0.5 * top,
             "acceleration": hard > 0.5 * float(np.quantile(hard[rows], 0.995)),
             "high_torque": level > 0.5 * float(np.quantile(level[rows], 0.995)),
-            "forwards": speed > self.catalogue.soft,
-            "backwards": speed < -self.catalogue.soft,
+            "forwards": speed > self.along.soft,
+            "backwards": speed < -self.along.soft,
         }
         mode = motion.mode[at]
         values = np.unique(mode[rows & np.isfinite(mode)])
@@ -221,26 +226,25 @@ class Assembly:
     def _shown_position(self, rows: np.ndarray) -> FloatArray:
         """Within one turn where the output goes round."""
         position: FloatArray = self.motion.position[rows]
-        turns = not self.machine.linear and self.catalogue.turns
+        turns = not self.machine.linear and self.along.turns
         return np.mod(position, math.tau) if turns else position
 
     # What was measured, and what could not be.
 
     def _measured(self, named: bool) -> tuple[Measured, ...]:
         """The closest model as a whole: nominal and found values together."""
-        catalogue = self.catalogue
-        model = catalogue.model
+        along, model = self.along, self.along.model
         terms = list(self.contest.winner.terms) if named else list(self.contest.base.terms)
         keys = {one.key for one in terms}
         extra = []
         refined = {name for one in terms for name in one.refines} | {one.effect for one in terms}
-        known = [catalogue.inertia()]
-        friction = any(model.coulomb) and catalogue.both_ways
+        known = [inertia.term(along)]
+        friction = any(model.coulomb) and along.both_ways
         if friction and model.coulomb + model.viscous != model.coulomb[::-1] + model.viscous[::-1]:
-            known.append(catalogue.by_direction())
+            known.append(by_direction.term(along))
         else:
-            known += [catalogue.viscous()] if any(model.viscous) else []
-            known += [catalogue.coulomb()] if friction else []
+            known += [viscous.term(along)] if any(model.viscous) else []
+            known += [coulomb.term(along)] if friction else []
         for one in known:
             inside = refined.intersection(one.refines)
             if one.key not in keys and one.effect not in refined and not inside:
@@ -310,7 +314,7 @@ class Assembly:
 
     def _costs(self) -> list[str]:
         """What the drive file leaves out, and what that costs."""
-        machine, motion, catalogue = self.machine, self.motion, self.catalogue
+        machine, motion, along = self.machine, self.motion, self.along
         side = "load" if machine.linear else "rotor"
         notes: list[str] = []
         general = [
@@ -324,7 +328,7 @@ class Assembly:
                 f"actuation.gain is left out: effort is counted in {motion.effort_unit}, inertia "
                 "and friction are known as multiples of it, and a wrong gain cannot be seen"
             )
-        if catalogue.model.inertia is None:
+        if not along.known_inertia:
             key = "load.mass" if machine.linear else "load.inertia"
             notes.append(
                 f"{key} is left out: it was found from the recording, so that a wrong one, or a "
@@ -334,7 +338,7 @@ class Assembly:
             notes.append(
                 "no controller in the drive file: delays and limits of the loop are not judged"
             )
-        if not catalogue.both_ways:
+        if not along.both_ways:
             notes.append(
                 "the output moves one way only: Coulomb friction and a constant load are one"
             )

@@ -5,36 +5,24 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import nnls
 from scipy.stats import t as student
 
+from ...effects.term import Interval, Term
 from ..diagnosis import BoolArray, FloatArray
 from ..split import STRETCH_S
 from .motion import Motion
 from .rest import at_rest
-from .terms import Term
 
 HELD_OUT_EVERY = 3  # one stretch in so many is never fitted
 MOST_STRETCHES = 48  # what is left is correlated over time: more of them say no more
 _LOSS = 5.0  # residuals beyond so many robust standard deviations lose their weight (Cauchy)
 _ROUNDS = 6
 _LEAST_MOVING = 0.2  # share of the samples in motion with which rest is left out
-_FOLLOWING = ("actuation_delay", "load_dependent_friction", "torque_ripple")
 _FORM = 1e-3  # half width, as a share of the value, that no interval falls below
-
-
-class Interval(NamedTuple):
-    """A parameter with its 95 % interval."""
-
-    name: str
-    unit: str
-    value: float
-    low: float
-    high: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,7 +114,7 @@ class Balance:
         for one in terms:
             # Columns that follow what is explained so far may be others of the same key.
             last = self._cache.get(one.key)
-            if last is None or (last[0] is not one and one.effect in _FOLLOWING):
+            if last is None or (last[0] is not one and one.follows):
                 last = self._cache[one.key] = (one, self.motion.filtered(one.columns))
             made.append(last[1])
         return np.concatenate(made).T
@@ -221,25 +209,23 @@ class Balance:
                 spread = math.sqrt(max(float(slopes[number] @ part @ slopes[number]), 0.0))
                 half = math.hypot(quantile * spread, _FORM * abs(value))
                 if name in term.fixed:
-                    half = quantile * _rate_spread(term, name, value, base[0][2], part)
+                    half = quantile * _searched(term, name, value, base[0][2], part)
                 made.append(Interval(name, unit, value, value - half, value + half))
             found[term.key] = made
             at += size
         return found
 
 
-def _rate_spread(
+def _searched(
     term: Term, name: str, value: float, amplitude: float, covariance: FloatArray
 ) -> float:
-    """Standard deviation of the rate of a sine from that of its amplitude.
+    """Standard deviation of a parameter that was searched: the rate of a sine, or one in steps.
 
     sigma_f = sqrt(3) / pi x sigma_A / (A T) for a sine seen over T (Rife, Boorstyn, 1974). A period
-    follows from its rate. Of a Stribeck speed and of a place, the steps they were searched in.
+    follows from its rate.
     """
-    if term.effect == "stribeck_friction":
-        return 0.25 * value
-    if term.effect == "local_jam":  # the places along the travel that it was searched in
-        return 0.1 * term.fixed[next(name for name in term.fixed if name.startswith("width"))]
+    if name in term.steps:
+        return term.steps[name]
     if term.extent <= 0.0 or amplitude <= 0.0:
         return 0.0
     ratio = math.sqrt(max(float(np.trace(covariance)) / 2.0, 0.0)) / amplitude

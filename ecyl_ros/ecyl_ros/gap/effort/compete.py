@@ -7,18 +7,20 @@ what stands above the floor and by more than the stretches differ among themselv
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
+from ...effects import constant_load
+from ...effects.catalogue import EFFECTS, RIGID
+from ...effects.term import Term
 from ..diagnosis import FloatArray
 from .balance import Balance, Solution
 from .floor import pairs
-from .search import frequencies, orders, window
-from .terms import Catalogue, Term, rarity
+from .search import Left
+from .terms import Catalogue, free_means
 
 LEAST_GAIN = 0.12  # of the squared residual above the floor
 SURE = 2.5  # standard errors over the stretches, fitted ones
@@ -27,10 +29,7 @@ _SIMPLER = 0.85  # share of the best gain with which a simpler effect goes first
 _MOST = 8  # terms in a set
 _AT_FLOOR = 0.5  # share of the squared residual that may be explained even at the floor
 _WORST = 6.0  # times the median stretch: what one stretch counts at the most
-LATE = 2.0  # sampling periods: less between effort and motion is that of sampling and holding
-_SAME = 5  # periodic terms of one kind
-_PERIODIC = ("cogging_torque", "torque_ripple", "periodic_disturbance")
-_LEVELLED = ("constant_load", "spring_load")  # what holds a free mean
+_SAME = 5  # terms of one effect of several orders or frequencies
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,9 +98,8 @@ class _Run:
         self.balance, self.catalogue, self.floor = balance, catalogue, floor
         self.barred = set(without)
         self.progress = progress
-        self.late_s = LATE / balance.motion.rate_hz
         self.fits = 0
-        self.same = pairs(balance, not catalogue.machine.linear and catalogue.turns)
+        self.same = pairs(balance, not catalogue.machine.linear and catalogue.along.turns)
         self.unknown = catalogue.unknown()
         self.tried: dict[str, float] = {}
 
@@ -156,13 +154,10 @@ class _Run:
         """A ripple is a share of the effort: of what the set explains now, ripple included."""
         kept = list(chosen)
         for _ in range(2):
-            if not any(one.effect == "torque_ripple" for one in kept):
+            if all(one.again is None for one in kept):
                 break
             explained = self._fit(kept).explained(self.balance.nominal)
-            kept = [
-                self.catalogue.ripple(one.rate, explained) if one.effect == "torque_ripple" else one
-                for one in kept
-            ]
+            kept = [one if one.again is None else one.again(explained) for one in kept]
         return kept
 
     def _fit(self, terms: Sequence[Term]) -> Solution:
@@ -180,52 +175,33 @@ class _Run:
         mean = float(np.mean(costs))
         return max(mean - self.floor**2, _AT_FLOOR * mean, 1e-300)
 
-    def _candidates(self, current: Solution, chosen: Sequence[Term]) -> list[Term]:
-        catalogue = self.catalogue
+    def _left(self, current: Solution) -> Left:
         explained = current.explained(self.balance.nominal)
-        found = [*catalogue.simple(), *catalogue.dependent(explained)]
-        residual = current.residual
+        return Left(self.balance, self.catalogue.along, current.residual, explained, self.same)
+
+    def _candidates(self, current: Solution, chosen: Sequence[Term]) -> list[Term]:
         kinds = [one.effect for one in chosen]
-        if kinds.count("cogging_torque") < _SAME:
-            taken = [one.key for one in chosen]
-            made = [catalogue.cogging(order) for order in orders(self.balance, catalogue, residual)]
-            drive = self.balance.motion.filtered(explained)
-            made += [
-                catalogue.ripple(order, explained)
-                for order in orders(self.balance, catalogue, residual, drive)
-            ]
-            found += [one for one in made if one.key not in taken]
-        if kinds.count("periodic_disturbance") < _SAME:
-            lines = frequencies(self.balance, residual, self.same)
-            found += [catalogue.disturbance(one) for one in lines]
-        middle, width = window(self.balance, catalogue, residual)
-        if width > 0.0:
-            found.append(catalogue.jam(middle, width))
-        held = {one.effect for one in chosen}
+        taken = {one.key for one in chosen}
         finer = {name for one in chosen for name in one.refines}
         return [
             one
-            for one in found
+            for one in self.catalogue.candidates(self._left(current))
             if one.effect not in self.barred
-            and not self.barred.intersection(contained(one))  # which would bring it back in
-            and (one.effect not in held or one.effect in _PERIODIC)
+            and not self.barred.intersection(one.contained)  # which would bring it back in
+            and kinds.count(one.effect) < (_SAME if RIGID[one.effect].several else 1)
+            and one.key not in taken
             and one.effect not in finer
         ]
 
     def _with(self, chosen: Sequence[Term], added: Term) -> list[Term]:
         kept = [one for one in chosen if one.effect not in added.refines]
-        return [*(self._levelled(kept) if added.effect in _PERIODIC else kept), added]
+        return [*(self._levelled(kept) if RIGID[added.effect].several else kept), added]
 
     def _levelled(self, chosen: Sequence[Term]) -> list[Term]:
         """With a free mean: a sine over part of its period has one, which must not decide."""
-        kept = list(chosen)
-        held = any(one.effect in _LEVELLED or one.key == "gravity" for one in kept)
-        held |= any(one.effect.endswith("coulomb_friction") for one in kept) and (
-            not self.catalogue.both_ways
-        )
-        if not held and "constant_load" not in self.barred:
-            kept.append(self.catalogue.constant())
-        return kept
+        if free_means(chosen) or "constant_load" in self.barred:
+            return list(chosen)
+        return [*chosen, constant_load.term(self.catalogue.along)]
 
     def _ranked(
         self,
@@ -242,7 +218,7 @@ class _Run:
         best: dict[str, float] = {}
         for one in candidates:
             before, now, cap, surplus = bare
-            if one.effect in _PERIODIC:  # beside a mean, so that the sine earns its own place
+            if RIGID[one.effect].several:  # beside a mean, so that the sine earns its own place
                 if level is None:
                     held = self._levelled(chosen)
                     fit = self._fit(held)
@@ -250,7 +226,7 @@ class _Run:
                 before, now, cap, surplus = level
             # A look at the plain fit first: what takes off little there need not be validated.
             plain = self._fit(self._with(chosen, one))
-            if one.key == "delay" and float(plain.of(one)[0]) <= self.late_s:
+            if float(plain.of(one)[0]) <= one.least:
                 continue
             quick = np.minimum(balance.costs(plain, current.scale, balance.fitted), cap)
             if float(np.mean(now)) - float(np.mean(quick)) < 0.5 * LEAST_GAIN * surplus:
@@ -296,7 +272,7 @@ class _Run:
             return None
         top = ranked[0][0]
         near = [
-            (one.size, rarity(one.effect), -share, one)
+            (one.size, EFFECTS[one.effect].rarity, -share, one)
             for share, one in ranked
             if share >= _SIMPLER * top
         ]
@@ -359,30 +335,30 @@ class _Run:
         return kept
 
     def _simpler(self, chosen: Sequence[Term]) -> list[Term]:
-        """Friction by direction gives way to friction and a constant load where these do as well.
+        """An effect gives way to a set of simpler ones where these do as well.
 
-        The two levels are friction plus and less the load; alone, neither would have been enough.
+        Friction by direction does to friction and a constant load; alone, neither would have been
+        enough.
         """
-        split = [one for one in chosen if one.key == "by_direction"]
-        if not split or any(one.effect == "constant_load" for one in chosen):
-            return list(chosen)
-        balance, catalogue = self.balance, self.catalogue
-        rest = [one for one in chosen if one.key != "by_direction"]
-        full = self._fit(chosen)
-        now = balance.cross_validated([*self.unknown, *chosen], full.scale)
-        cap = _cap(now)
-        now = np.minimum(now, cap)
-        level = any(one.effect == "spring_load" or one.key == "gravity" for one in rest)
-        pair = [catalogue.coulomb()] if level else [catalogue.coulomb(), catalogue.constant()]
-        for parts in (pair, [*pair, catalogue.viscous()]):
-            if any(one.effect in self.barred for one in parts):
+        for split in chosen:
+            gives_way = RIGID[split.effect].gives_way
+            if gives_way is None or any(one.effect in split.holds for one in chosen):
                 continue
-            then = balance.cross_validated([*self.unknown, *rest, *parts], full.scale)
-            self.fits += balance.FOLDS
-            loss = np.minimum(then, 4.0 * cap) - now
-            share = float(np.mean(loss)) / self._surplus(now)
-            if share < LEAST_GAIN or _sure(loss) < SURE:
-                return [*rest, *parts]
+            balance = self.balance
+            rest = [one for one in chosen if one is not split]
+            full = self._fit(chosen)
+            now = balance.cross_validated([*self.unknown, *chosen], full.scale)
+            cap = _cap(now)
+            now = np.minimum(now, cap)
+            for parts in gives_way(self.catalogue.along, free_means(rest)):
+                if any(one.effect in self.barred for one in parts):
+                    continue
+                then = balance.cross_validated([*self.unknown, *rest, *parts], full.scale)
+                self.fits += balance.FOLDS
+                loss = np.minimum(then, 4.0 * cap) - now
+                share = float(np.mean(loss)) / self._surplus(now)
+                if share < LEAST_GAIN or _sure(loss) < SURE:
+                    return [*rest, *parts]
         return list(chosen)
 
     def _ordered(self, chosen: Sequence[Term]) -> tuple[tuple[Term, ...], tuple[Solution, ...]]:
@@ -408,7 +384,8 @@ class _Run:
                 for one in self._candidates(current, rest)
                 if one.effect != out or self._elsewhere(one, gone)
             ]
-            pool += self._twins(gone[0], current)
+            twins = self.catalogue.twins(gone[0], self._left(current))
+            pool += [one for one in twins if one.effect not in self.barred]
             others = [*rest, *gone[1:]]  # of several orders or lines the strongest gives way
             # Without the mean that a sine is given to earn its place: that is an effect itself.
             pairs = [
@@ -420,52 +397,11 @@ class _Run:
 
     def _elsewhere(self, one: Term, found: Sequence[Term]) -> bool:
         """Whether a line is another one than those found: more than one of its widths away."""
-        if one.effect not in _PERIODIC:
+        if not RIGID[one.effect].several:
             return False
-        along = np.ptp(self.balance.time_s) if one.effect == "periodic_disturbance" else 0.0
-        along = along or float(np.ptp(self.catalogue.turn[0])) / math.tau
+        along = np.ptp(self.balance.time_s) if one.over_time else 0.0
+        along = along or float(np.ptp(self.catalogue.along.turn.angle)) / math.tau
         return all(abs(one.rate - other.rate) * along > 2.0 for other in found)
-
-    def _twins(self, one: Term, rest: Solution) -> list[Term]:
-        """What a periodic effect looks like where speed, or effort, hardly varies."""
-        catalogue, motion = self.catalogue, self.balance.motion
-        if one.key == "gravity" and "spring_load" not in self.barred:
-            # Over a small travel a weight is a slope, which may fall as well as rise.
-            return [dataclasses.replace(catalogue.spring(), key="slope", low=(-math.inf,) * 2)]
-        if one.effect not in _PERIODIC:
-            return []
-        found: list[Term] = []
-        rate = float(np.median(np.abs(motion.velocity[motion.usable]))) * catalogue.turn_rate
-        if one.effect == "periodic_disturbance":
-            if rate > 0.0:
-                found.append(catalogue.cogging(self._aligned(one, rate, False)))
-        else:
-            explained = rest.explained(self.balance.nominal)
-            other = catalogue.ripple(one.rate, explained)
-            found.append(other if one.effect == "cogging_torque" else catalogue.cogging(one.rate))
-            if rate > 0.0:
-                found.append(catalogue.disturbance(self._aligned(one, rate, True)))
-        return [made for made in found if made.effect not in self.barred]
-
-    def _aligned(self, one: Term, rate: float, over_time: bool) -> float:
-        """Hz, or order, of the sine that comes closest to a term of the other kind."""
-        motion = self.balance.motion
-        rows = motion.rows[self.balance.fitted]
-        along = motion.time_s[rows] if over_time else self.catalogue.turn[0][rows]
-        start = one.rate * rate if over_time else math.tau * one.rate / rate
-        wave = np.exp(1j * one.phase[rows])
-        best, reach = start, 0.3
-        for _ in range(3):
-            tried = best * (1.0 + np.linspace(-reach, reach, 61))
-            powers = [abs(np.vdot(wave, np.exp(1j * w * along))) for w in tried]
-            powers += [abs(np.vdot(wave, np.exp(-1j * w * along))) for w in tried]
-            best, reach = float(tried[int(np.argmax(powers)) % tried.size]), reach / 15.0
-        return best / math.tau if over_time else best
-
-
-def contained(one: Term) -> tuple[str, ...]:
-    """Effects that a term can take the place of: levels by direction hold a constant load, too."""
-    return (*one.refines, "constant_load") if one.key == "by_direction" else one.refines
 
 
 def _cap(costs: FloatArray) -> float:

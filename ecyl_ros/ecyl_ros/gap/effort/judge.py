@@ -9,6 +9,12 @@ from collections.abc import Callable, Collection
 import numpy as np
 
 from ...drive.rigid.machine import Machine
+from ...effects import (
+    constant_load,
+    direction_dependent_friction,
+    load_viscous_friction,
+    spring_load,
+)
 from ...errors import InputError
 from ...recording.signals import Recording
 from ..diagnosis import Diagnosis
@@ -114,17 +120,18 @@ def _check(motion: Motion, machine: Machine, source: str) -> None:
 
 def _broad(balance: Balance, catalogue: Catalogue) -> Solution:
     """A fit that takes most of the smooth dependence on the motion away."""
-    terms = [*catalogue.unknown(), catalogue.viscous(), catalogue.constant(), catalogue.spring()]
-    if catalogue.both_ways:
-        terms.append(catalogue.by_direction())
-    return balance.fit(terms)
+    along = catalogue.along
+    smooth = [load_viscous_friction, constant_load, spring_load]
+    if along.both_ways:
+        smooth.append(direction_dependent_friction)
+    return balance.fit([*catalogue.unknown(), *(one.term(along) for one in smooth)])
 
 
 def _floor(
     balance: Balance, catalogue: Catalogue, machine: Machine, fit: Solution
 ) -> tuple[float, str]:
     """Standard deviation of what does not repeat once `fit` is taken away, and what it is."""
-    turns = not machine.linear and catalogue.turns
+    turns = not machine.linear and catalogue.along.turns
     repeats = repeatability(balance, fit, turns)
     noise = machine.effort_noise
     gain = machine.gain if balance.motion.effort_unit in ("N", "N m") else None

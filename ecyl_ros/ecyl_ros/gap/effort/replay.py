@@ -18,7 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...drive.rigid.driven import Driven, Pieces, by_effort, by_loop, pieces
-from ...drive.rigid.model import model_of
+from ...drive.rigid.packed import model_of
 from ..diagnosis import FloatArray, Measured, SignalGap
 from ..report import quantities as q
 from .balance import Balance, Solution
@@ -132,7 +132,7 @@ class _Replayer:
 
     def _shorten(self, still: FloatArray) -> None:
         """Halve the stretches until what acts over the position stays in step with it."""
-        machine = closest(self.catalogue, self.ruling.final)
+        machine = closest(self.catalogue.along, self.ruling.final)
         waves = [one.values["wave"] for one in machine.effects if "wave" in one.values]
         if self.mode == "position" or not waves:
             return
@@ -148,7 +148,7 @@ class _Replayer:
 
     def _driven(self, solution: Solution, push: FloatArray) -> Driven | None:
         """One replay; None where it cannot be or runs away."""
-        machine = closest(self.catalogue, solution)
+        machine = closest(self.catalogue.along, solution)
         own = self.catalogue.units.own
         if not (model_of(machine, own).inertia or 0.0) > 0.0:
             return None

@@ -10,20 +10,22 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.ndimage import maximum_filter1d
 
-from ...effects.catalogue import CATALOGUE
+from ...effects import actuation_delay, load_coulomb_friction, load_viscous_friction
+from ...effects.actuation_delay import LATE
+from ...effects.catalogue import EFFECTS
+from ...effects.term import Interval, Term
 from ..diagnosis import BoolArray, Cause, FittedParameter
 from ..verdict import EXPLAINED_SHRINK, NAMED, NO_GAP_RATIO, STRUCTURELESS
-from .balance import Balance, Interval, Solution
-from .compete import LATE, Contest, contained
+from .balance import Balance, Solution
+from .compete import Contest
 from .floor import white_floor
 from .neutral import SHEET, SILENT, why_not
-from .terms import Catalogue, Term, rarity
+from .terms import Catalogue
 
 # Share of the gap that must be gone for anything to be named. Less than in replay: the floor of a
 # real drive is what its best model could reach at all, and friction alone rarely gets there.
 _HELPS = 0.5
 _CLOSE, _HELPS_CLOSE = 5.0, 0.25  # the same where no more than so many floors are left
-_BLOCKS = {"gravity_on_arm": "load"}
 _WANDERS = 0.05  # share of the effort that may not repeat where there is to be no gap
 _CERTAIN = 0.97  # the most that a cause found by effort is believed
 _SMALL = 0.03  # share of the gap that an effect has to take off to be named
@@ -110,11 +112,10 @@ class Judgement:
     def _timed(self, before: float) -> float:
         """`before`, less what a shift between effort and motion by a sample or so takes off.
 
-        A command is held for a period after it was recorded; a speed is a difference over two. That
-        is how any recording comes about, and no gap.
+        That is how any recording comes about, and no gap.
         """
         base = self.contest.base
-        delay = self.catalogue.delay(base.explained(self.balance.nominal))
+        delay = actuation_delay.term(self.catalogue.along, base.explained(self.balance.nominal))
         delay = dataclasses.replace(delay, low=(-math.inf,))
         fit = self.balance.fit([*base.terms, delay])
         near = abs(float(fit.of(delay)[0])) <= LATE / self.motion.rate_hz
@@ -215,7 +216,7 @@ class Judgement:
         found, at = {}, 0
         for term in self.whole.terms:
             found[term.key] = why_not(
-                self.balance, self.catalogue, self.whole, term, self.spans[term.key], at
+                self.balance, self.catalogue.along, self.whole, term, self.spans[term.key], at
             )
             at += term.columns.shape[0]
         return found
@@ -230,13 +231,13 @@ class Judgement:
         if not told:
             return ""
         first = told[0]
-        known = CATALOGUE.get(first.effect)
+        excitation = EFFECTS[first.effect].excitation
         names = " and ".join(
             one.replace("_", " ") for one in (first.effect, *self._alike[first.key])
         )
         wanted = "motion both ways, at several speeds and over more travel"
-        if known is not None and known.excitation:
-            wanted = f"{wanted} ({known.excitation.rstrip('.')})"
+        if excitation:
+            wanted = f"{wanted} ({excitation.rstrip('.')})"
         return f"{names} look alike in this recording; one with {wanted} would tell them"
 
     def _causes(self, before: float, surplus: float) -> list[Cause]:
@@ -248,7 +249,7 @@ class Judgement:
         for term, fit in zip(contest.order, contest.path, strict=True):
             now = self.rms(fit)
             lost = self.rms(contest.without[term.effect]) - self.rms(contest.winner)
-            known = CATALOGUE.get(term.effect)
+            known = EFFECTS[term.effect]
             if term.key not in self._sure:  # judged once, beside its rivals and with all others
                 acts, sure, alternatives = self._certainty(term, lost)
                 self._sure[term.key] = (acts, sure)
@@ -258,14 +259,14 @@ class Judgement:
             found.append(
                 Cause(
                     effect=term.effect,
-                    block=known.block if known else _BLOCKS.get(term.effect, "load"),
-                    title=known.title if known else term.effect.replace("_", " "),
+                    block=known.block,
+                    title=known.title,
                     confidence=self._sure[term.key][1],
                     parameters=fitted_parameters(self.spans[term.key]),
                     shrink=min(1.0, (previous - now) / surplus),
                     shrink_alone_lost=min(1.0, lost / surplus),
                     alternatives=self._alike[term.key],
-                    excitation=known.excitation if known else "",
+                    excitation=known.excitation,
                 )
             )
             previous = now
@@ -280,7 +281,8 @@ class Judgement:
         That there is friction is then sure, its form is not. None where nothing is to be changed.
         """
         order = list(self.contest.order)
-        plain = self.catalogue.coulomb()
+        along = self.catalogue.along
+        plain = load_coulomb_friction.term(along)
         for at, term in enumerate(order):
             if plain.effect not in term.refines:
                 continue
@@ -288,7 +290,7 @@ class Judgement:
             acts, sure, names = self._certainty(term, lost)
             if self._void[term.key] or (acts >= NAMED > sure and names):
                 rest = [*order[:at], *order[at + 1 :]]
-                viscous = self.catalogue.viscous()
+                viscous = load_viscous_friction.term(along)
                 more = [viscous] if viscous.effect in term.refines else []
                 return [*rest, plain, *more]
         return None
@@ -325,12 +327,11 @@ class Judgement:
         held = {one.effect for one in self.contest.order}
         # The same columns, but less common; of a term of several parts they give but one.
         parts = 1 + bool(term.refines)
+        rarity = EFFECTS[term.effect].rarity
         weights = {
-            name: _UNLIKELY ** max(parts, rarity(name) - rarity(term.effect))
+            name: _UNLIKELY ** max(parts, EFFECTS[name].rarity - rarity)
             for name in term.alternatives
-        }
-        if term.key == "by_direction":  # back EMF bends its values; a difference it does not make
-            weights = dict.fromkeys(weights, 0.0)
+        } | dict.fromkeys(term.bent_by, 0.0)
         behind = best + max(lost, 0.0)
         # What is left beyond the floor is unknown: a second unknown of that size would turn one
         # candidate into another, however many samples there are.
@@ -339,7 +340,7 @@ class Judgement:
         )
         own = self._apart(winner, self.contest.without[term.effect])
         for other, rival in self.contest.swaps[term.effect]:
-            if term.effect in contained(other) or self._finer(rival, winner, term):
+            if term.effect in other.contained or self._finer(rival, winner, term):
                 continue  # a finer form of the same
             if other.effect == term.effect:  # another order or line, as good as the one found
                 behind = min(behind, max(self.rms(rival), best))
@@ -350,7 +351,7 @@ class Judgement:
             simpler = self._within([other], [term])
             near = apart <= unknown or self.rms(rival) <= math.hypot(1.0, _ALIKE) * best
             if not simpler and near and apart <= math.sqrt(_OWN) * own:
-                weight = _UNLIKELY ** max(rarity(other.effect) - rarity(term.effect), 0)
+                weight = _UNLIKELY ** max(EFFECTS[other.effect].rarity - rarity, 0)
                 weights.setdefault(other.effect, weight)
             else:
                 behind = min(behind, max(self.rms(rival), best))
@@ -358,7 +359,7 @@ class Judgement:
         # Where the effort stood still while the output moved, something else drives it, too.
         acts = min(0.5 + 0.5 * sure, _CERTAIN) * (1.0 - self.motion.standing)
         # What is rare has to stand above what is unknown anyway.
-        if rarity(term.effect) > 1:
+        if rarity > 1:
             acts = min(acts, 1.0 / (1.0 + 2.0 * (unknown / max(own, 1e-9 * best)) ** 2))
         return acts, acts / (1.0 + sum(weights.values())), tuple(weights)
 
@@ -426,7 +427,7 @@ def _moving(judged: BoolArray, balance: Balance, catalogue: Catalogue) -> BoolAr
     motion = balance.motion
     if not any(catalogue.model.coulomb) and not catalogue.model.shapes:
         return judged
-    resting = np.abs(motion.velocity) < _SLOW * catalogue.soft
+    resting = np.abs(motion.velocity) < _SLOW * catalogue.along.soft
     resting[1:] |= np.signbit(motion.velocity[1:]) != np.signbit(motion.velocity[:-1])
     width = 2 * max(1, round(_SMEARED * motion.rate_hz / motion.bandwidth_hz)) + 1
     near = maximum_filter1d(resting, width)[motion.rows]

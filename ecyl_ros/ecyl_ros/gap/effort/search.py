@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import find_peaks
 
+from ...effects.along import Along
+from ...effects.term import Term
 from ..diagnosis import FloatArray
 from .balance import Balance
 from .floor import Pairs, coherence
-from .terms import Catalogue
 
 _MOST = 3  # peaks tried
 _POINTS = 8_000_000  # sines of one scan at the most
@@ -20,6 +22,52 @@ _OWN_LINE = 0.03  # share of the motion's power that makes a frequency its own
 _OF_MOTION = 0.5  # coherence with the state of motion: beyond, it has most of the line
 _PLACES = 60  # along the travel that a window can begin and end at
 _NARROW, _WIDE = 2, 24  # widths of a window, in places
+
+
+@dataclass(frozen=True, eq=False)
+class Left:
+    """What a set of terms leaves, see `effects.term.Left`.
+
+    residual: float64[m]. same: instants in the same state of motion.
+    """
+
+    balance: Balance
+    along: Along
+    residual: FloatArray
+    explained: FloatArray
+    same: Pairs
+
+    def orders(self, effort: FloatArray | None = None) -> list[float]:
+        """Strongest orders over the turn."""
+        if effort is not None:
+            effort = self.balance.motion.filtered(effort)
+        return _orders(self.balance, self.along, self.residual, effort)
+
+    def lines(self) -> list[float]:
+        """Hz of the strongest lines over time."""
+        return _frequencies(self.balance, self.residual, self.same)
+
+    def window(self) -> tuple[float, float]:
+        """Middle and width of the part of the travel that drags most."""
+        return _window(self.balance, self.along, self.residual)
+
+    def nearest(self, term: Term, over_time: bool) -> float:
+        """Hz, or order, of the sine that comes closest to a periodic term."""
+        motion, turn = self.balance.motion, self.along.turn
+        rate = float(np.median(np.abs(motion.velocity[motion.usable]))) * turn.rate
+        if not rate > 0.0:
+            return 0.0
+        rows = motion.rows[self.balance.fitted]
+        along = motion.time_s[rows] if over_time else turn.angle[rows]
+        start = term.rate * rate if over_time else math.tau * term.rate / rate
+        wave = np.exp(1j * term.phase[rows])
+        best, reach = start, 0.3
+        for _ in range(3):
+            tried = best * (1.0 + np.linspace(-reach, reach, 61))
+            powers = [abs(np.vdot(wave, np.exp(1j * w * along))) for w in tried]
+            powers += [abs(np.vdot(wave, np.exp(-1j * w * along))) for w in tried]
+            best, reach = float(tried[int(np.argmax(powers)) % tried.size]), reach / 15.0
+        return best / math.tau if over_time else best
 
 
 def _power(
@@ -61,8 +109,8 @@ def _peaks(
     return [float(rates[one]) for one in top if power[one] > 0.01]
 
 
-def orders(
-    balance: Balance, catalogue: Catalogue, residual: FloatArray, effort: FloatArray | None = None
+def _orders(
+    balance: Balance, along: Along, residual: FloatArray, effort: FloatArray | None = None
 ) -> list[float]:
     """Periods per radian of the turn (per m over a straight output without a lead), best first.
 
@@ -72,7 +120,7 @@ def orders(
     a shaft does so after a turn.
     """
     motion = balance.motion
-    angle, name, _ = catalogue.turn
+    angle, name, *_ = along.turn
     rows = np.flatnonzero(balance.fitted)
     position = angle[motion.rows][rows]
     travel = float(np.ptp(position))
@@ -97,7 +145,7 @@ def orders(
     ]
 
 
-def frequencies(balance: Balance, residual: FloatArray, same: Pairs) -> list[float]:
+def _frequencies(balance: Balance, residual: FloatArray, same: Pairs) -> list[float]:
     """Hz of the strongest lines over time within the band, best first.
 
     same: instants in the same state of motion; what they tell the phase of is the motion's own.
@@ -148,7 +196,7 @@ def _refined(
     return rate
 
 
-def window(balance: Balance, catalogue: Catalogue, residual: FloatArray) -> tuple[float, float]:
+def _window(balance: Balance, along: Along, residual: FloatArray) -> tuple[float, float]:
     """Middle and width of the part of the travel on which drag against the motion stands out most.
 
     Width 0 where none does.
@@ -156,7 +204,7 @@ def window(balance: Balance, catalogue: Catalogue, residual: FloatArray) -> tupl
     motion = balance.motion
     rows = np.flatnonzero(balance.fitted)
     at = motion.rows[rows]
-    position, sign = motion.position[at], catalogue.sign[at]
+    position, sign = motion.position[at], along.sign[at]
     low, high = float(position.min()), float(position.max())
     if not high > low:
         return low, 0.0

@@ -6,20 +6,10 @@ from collections.abc import Mapping, Sequence
 
 from ...drive.rigid.machine import KEYS, Machine
 from ...drive.rigid.units import Units
+from ...effects.catalogue import RIGID
+from ...effects.term import Interval, Term
 from ..diagnosis import SheetValue
-from .balance import Interval
-from .terms import Term
 
-# The constant that a term gives another value; whether its parameter is that value or comes on top.
-_CONSTANTS = {
-    "inertia": ("load.mass", "load.inertia"),
-    "gain": ("actuation.gain",) * 2,
-    "viscous": ("load.viscous_friction",) * 2,
-    "coulomb": ("load.coulomb_friction",) * 2,
-    "constant": ("load.constant_load",) * 2,
-    "spring": ("load.stiffness",) * 2,
-}
-_VALUES = ("inertia", "gain")
 _SEEN = 0.8  # tolerances: an interval as wide as the sheet's says nothing new
 
 
@@ -31,12 +21,13 @@ def sheet_value(
     spans: the term's parameters with their 95 % intervals, in the unit that effort is counted in,
     which must be the output's own for nominal and found values to be compared.
     """
-    key = _CONSTANTS.get(term.key, ("", ""))[not machine.linear]
+    form = RIGID[term.effect]
+    key = form.constant[not machine.linear]
     width = machine.half_widths().get(key, 0.0)
     if width <= 0.0 or not units.own:
         return None
     nominal = float(getattr(machine, KEYS[key].field))
-    on_top = 0.0 if term.key in _VALUES else nominal
+    on_top = nominal if form.on_top else 0.0
     value, low, high = (on_top + one for one in spans[0][2:])
     return SheetValue(
         parameter=key,

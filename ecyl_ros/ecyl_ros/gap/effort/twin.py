@@ -16,8 +16,10 @@ from pathlib import Path
 import yaml
 
 from ...drive.drive_file import resolve_drive
-from ...drive.rigid.acting import Acting, as_file
-from ...drive.rigid.machine import Machine, load_machine
+from ...drive.rigid.effects_file import as_file
+from ...drive.rigid.machine import Machine
+from ...drive.rigid.machine_file import load_machine
+from ...drive.rigid.model import Acting
 from ...drive.rigid.units import Units
 from ...errors import InputError
 from ..diagnosis import Diagnosis

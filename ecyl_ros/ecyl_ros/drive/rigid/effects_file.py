@@ -14,46 +14,20 @@ import difflib
 import math
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
+from ...effects.catalogue import RIGID, rigid_forms
+from ...effects.rigid_form import Stem
 from ...errors import InputError
+from .model import Acting
 from .units import EFFORT_UNITS, Units
 
-_HUGE = 1e9
 WAVES = ("periods_per_rev", "periods_per_screw_rev", "period_m")
-
-
-@dataclass(frozen=True)
-class Acting:
-    """One effect at work: its name, and its values by stem."""
-
-    name: str
-    values: Mapping[str, float]
-
-
-@dataclass(frozen=True)
-class Stem:
-    """A value of an effect.
-
-    Attributes:
-        name: inside. kind: what it counts, see `_NAMES`. low, high: possible. meaning: in the docs.
-        default: where a file may leave it out. either: of those of an effect that have it, a file
-            gives one.
-    """
-
-    name: str
-    kind: str
-    low: float
-    high: float
-    meaning: str
-    default: float | None = None
-    either: bool = False
-
 
 # kind -> name in a file, and unit, of a value.
 _NAMES: dict[str, Callable[[str, Units], tuple[str, str]]] = {
     "level": lambda stem, units: (units.level(stem), units.effort),
+    "load": lambda stem, units: (units.load, units.effort),
     "per_speed": lambda stem, units: (units.per_speed(stem), units.speed_unit),
     "per_position": lambda stem, units: (
         units.per_position(stem),
@@ -69,89 +43,20 @@ _NAMES: dict[str, Callable[[str, Units], tuple[str, str]]] = {
     "time": lambda stem, units: (f"{stem}_s", "s"),
     "frequency": lambda stem, units: (f"{stem}_hz", "Hz"),
     "share": lambda stem, units: (stem, "1"),
+    "coefficient": lambda stem, units: ("coefficient", "1"),
     "angle": lambda stem, units: (f"{stem}_rad", "rad"),
     "gain": lambda stem, units: units.gain(stem == "per_volt"),
 }
-_COUNTED = ("level", "per_speed", "per_position", "inertia")  # names tell the unit of effort
-
-
-def _friction(name: str, meaning: str) -> Stem:
-    return Stem(name, "level", -_HUGE, _HUGE, meaning)
-
-
-def _slope(name: str, meaning: str) -> Stem:
-    return Stem(name, "per_speed", -_HUGE, _HUGE, meaning)
-
-
-def _wave() -> tuple[Stem, ...]:
-    return (
-        Stem("wave", "wave", 1e-6, 1e6, "periods per turn, or period of a straight output"),
-        Stem("phase", "angle", -10.0, 10.0, "of the sine at position 0", default=0.0),
-    )
-
-
-def effects_of(linear: bool) -> dict[str, tuple[Stem, ...]]:
-    """Effects that the file of a rigid drive may hold, with their values."""
-    side = "load" if linear else "rotor"
-    return {
-        f"{side}_inertia_error": (
-            Stem("inertia", "inertia", 1e-12, _HUGE, "all that moves, in place of the nominal one"),
-        ),
-        f"{side}_viscous_friction": (_slope("viscous", "friction in proportion to speed"),),
-        f"{side}_coulomb_friction": (_friction("coulomb", "friction level"),),
-        "direction_dependent_friction": (
-            _friction("coulomb_positive", "level, forwards"),
-            _friction("coulomb_negative", "level, backwards"),
-            _slope("viscous_positive", "rise with speed, forwards"),
-            _slope("viscous_negative", "rise with speed, backwards"),
-        ),
-        "stribeck_friction": (
-            _friction("coulomb", "level at speed"),
-            _friction("static", "level at rest"),
-            Stem("stribeck", "speed", 1e-9, 1e6, "at which the surplus has fallen to 1/e"),
-        ),
-        "friction_drift": (
-            _friction("coulomb", "level at the first sample"),
-            Stem("rate", "rate", -_HUGE, _HUGE, "change of the level over it"),
-        ),
-        "load_dependent_friction": (
-            Stem("share", "share", 0.0, 10.0, "level over the nominal load carried", either=True),
-            Stem("inertia", "inertia", 0.0, _HUGE, "level over the acceleration", either=True),
-        ),
-        "local_jam": (
-            _friction("coulomb", "drag against the motion"),
-            Stem("position", "position", -1e6, 1e6, "middle of the part"),
-            Stem("width", "position", 1e-9, 1e6, "length of the part"),
-        ),
-        "constant_load": (
-            _friction("force" if linear else "torque", "positive against positive motion"),
-        ),
-        "spring_load": (
-            Stem("stiffness", "per_position", -_HUGE, _HUGE, "spring rate"),
-            Stem("rest", "position", -1e9, 1e9, "where it is slack", default=0.0),
-        ),
-        "gravity_on_arm": (
-            Stem("amplitude", "level", 0.0, _HUGE, "weight of an arm"),
-            Stem("phase", "angle", -10.0, 10.0, "of the sine at angle 0", default=0.0),
-        ),
-        "cogging_torque": (Stem("amplitude", "level", 0.0, _HUGE, "peak"), *_wave()),
-        "torque_ripple": (Stem("fraction", "share", 0.0, 1.0, "peak share of effort"), *_wave()),
-        "periodic_disturbance": (
-            Stem("amplitude", "level", 0.0, _HUGE, "peak"),
-            Stem("frequency", "frequency", 1e-4, 1e6, "its frequency"),
-            Stem("phase", "angle", -10.0, 10.0, "of the sine at the first sample", default=0.0),
-        ),
-        "actuation_delay": (Stem("delay", "time", -1.0, 1.0, "from effort to motion"),),
-        "torque_constant_error": (
-            Stem("per_ampere", "gain", 1e-9, _HUGE, "true one", either=True),
-            Stem("per_volt", "gain", 1e-9, _HUGE, "true one", either=True),
-        ),
-    }
+_COUNTED = (
+    "level",
+    "load",
+    "per_speed",
+    "per_position",
+    "inertia",
+)  # names tell the unit of effort
 
 
 def _name(stem: Stem, units: Units) -> tuple[str, str]:
-    if stem.name == "share":
-        return "coefficient", "1"
     return _NAMES[stem.kind](stem.name, units)
 
 
@@ -178,7 +83,7 @@ def parse(
     """
     if not flat:
         return (), None
-    known = effects_of(linear)
+    known = rigid_forms(linear)
     wanted: dict[str, dict[str, Any]] = {}
     for key, value in flat.items():
         effect, _, parameter = key.partition(".")
@@ -191,7 +96,7 @@ def parse(
     choices = [own, *(one for one in EFFORT_UNITS if one != own)]
     for unit in choices:
         units = Units(unit, linear)
-        names = {effect: _named(known[effect], units) for effect in wanted}
+        names = {effect: _named(known[effect].stems, units) for effect in wanted}
         if all(
             _plain(parameter)[0] in names[effect]
             for effect, values in wanted.items()
@@ -200,7 +105,7 @@ def parse(
             break
     else:
         units = Units(own, linear)
-        names = {effect: _named(known[effect], units) for effect in wanted}
+        names = {effect: _named(known[effect].stems, units) for effect in wanted}
         effect, parameter = next(
             (effect, parameter)
             for effect, values in wanted.items()
@@ -227,7 +132,9 @@ def parse(
         for number in sorted(numbered):
             place = f"{source}: effects.{effect}"
             found.append(
-                Acting(effect, _complete(numbered[number], known[effect], units, place, number))
+                Acting(
+                    effect, _complete(numbered[number], known[effect].stems, units, place, number)
+                )
             )
     return tuple(found), units.effort if counted else None
 
@@ -286,13 +193,12 @@ def as_file(
     effects: Iterable[Acting], units: Units, lead: float | None
 ) -> dict[str, dict[str, float]]:
     """{effect: {parameter: value}} as `parse` reads them."""
-    known = effects_of(units.linear)
     count: dict[str, int] = {}
     found: dict[str, dict[str, float]] = {}
     for one in effects:
         number = count[one.name] = count.get(one.name, 0) + 1
         target = found.setdefault(one.name, {})
-        for stem in known[one.name]:
+        for stem in RIGID[one.name].stems:
             if stem.name not in one.values:
                 continue
             value = one.values[stem.name]
@@ -316,15 +222,18 @@ def wave_as_file(rate: float, linear: bool, lead: float | None) -> tuple[str, fl
 def effects_table() -> str:
     """Every effect as a table of Markdown, for docs/drive-file.md."""
     rows = ["| effect | parameters (linear; rotary) |", "|---|---|"]
-    straight, round_ = effects_of(True), effects_of(False)
-    for (name, stems), (other, turned) in zip(straight.items(), round_.items(), strict=True):
-        title = f"`{name}`" if name == other else f"`{name}`; `{other}`"
+    for name, form in RIGID.items():
+        if form.outputs == ("rotary",):  # stands beside its like on a straight output
+            continue
+        title = f"`{name}`"
+        if form.outputs == ("linear",):
+            title += f"; `{name.replace('load_', 'rotor_')}`"
         parts = []
-        for stem, turning in zip(stems, turned, strict=True):
+        for stem in form.stems:
             if stem.kind == "wave":
                 names = f"`{WAVES[1]}` or `{WAVES[2]}`; `{WAVES[0]}`"
             else:
-                pair = (_name(stem, Units("N", True))[0], _name(turning, Units("N m", False))[0])
+                pair = (_name(stem, Units("N", True))[0], _name(stem, Units("N m", False))[0])
                 names = "; ".join(f"`{one}`" for one in dict.fromkeys(pair))
             parts.append(f"{names}: {stem.meaning}")
         rows.append(f"| {title} | {'<br>'.join(parts)} |")
