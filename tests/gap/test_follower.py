@@ -7,7 +7,8 @@ import pytest
 
 from ecyl_ros.drive.rigid.machine import Machine
 from ecyl_ros.errors import InputError
-from ecyl_ros.gap.effort.follow import diagnose_follower, resolution
+from ecyl_ros.gap.diagnose import diagnose
+from ecyl_ros.gap.follower import resolution
 from ecyl_ros.gap.report.page import report_html
 from ecyl_ros.gap.report.terminal import summary
 from ecyl_ros.recording.signals import Recording
@@ -45,7 +46,7 @@ def _measured(result) -> dict:
 @pytest.mark.parametrize(("lag_s", "width"), [(0.08, 0.03), (0.03, 0.01), (0.2, 0.06)])
 def test_lag_and_play_come_out_as_put_in(lag_s, width) -> None:
     """Lag, width and offset lie within their intervals, which are narrow; no cause is named."""
-    result = diagnose_follower(_followed(lag_s, width, offset=0.02), MACHINE)
+    result = diagnose(_followed(lag_s, width, offset=0.02), MACHINE)
     found = _measured(result)
     for name, truth, near in (
         ("lag_s", lag_s, 0.005),
@@ -61,19 +62,19 @@ def test_lag_and_play_come_out_as_put_in(lag_s, width) -> None:
 
 def test_a_mere_lag_proves_no_dead_band() -> None:
     """Without play the notes say that none is proven."""
-    result = diagnose_follower(_followed(0.08, 0.0), MACHINE)
+    result = diagnose(_followed(0.08, 0.0), MACHINE)
     assert _measured(result)["dead_band_rad"].low <= STEP
     assert any("no dead band is proven" in note for note in result.notes)
 
 
 def test_a_perfect_follower_has_no_gap() -> None:
     """Position equals command to the resolution: no gap."""
-    assert diagnose_follower(_followed(0.0, 0.0), MACHINE).verdict == "no_gap"
+    assert diagnose(_followed(0.0, 0.0), MACHINE).verdict == "no_gap"
 
 
 def test_what_fifty_hertz_cannot_show_is_said() -> None:
     """Notes and page name the limits: half the rate, and what an encoder at the output hides."""
-    result = diagnose_follower(_followed(0.08, 0.03), MACHINE)
+    result = diagnose(_followed(0.08, 0.03), MACHINE)
     assert _measured(result)["highest_frequency_hz"].value == pytest.approx(25.0, rel=0.01)
     text = " ".join(result.notes)
     for word in ("inertia", "cogging", "stiffness", "play between motor and encoder"):
@@ -98,11 +99,11 @@ def test_a_follower_without_command_is_refused() -> None:
     good = _followed(0.08, 0.03)
     bad = Recording(stamp_ns=good.stamp_ns, rotor_position_rad=good.rotor_position_rad)
     with pytest.raises(InputError, match=r"x.csv: reference_position_rad is missing"):
-        diagnose_follower(bad, MACHINE, source="x.csv")
+        diagnose(bad, MACHINE, source="x.csv")
     still = Recording(
         stamp_ns=good.stamp_ns,
         rotor_position_rad=good.rotor_position_rad,
         reference_position_rad=np.zeros(len(good)),
     )
     with pytest.raises(InputError, match=r"the command moves by less than 4 steps"):
-        diagnose_follower(still, MACHINE)
+        diagnose(still, MACHINE)

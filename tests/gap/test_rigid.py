@@ -11,14 +11,15 @@ from scipy.signal import butter, sosfiltfilt
 
 from ecyl_ros.drive.rigid.machine import KEYS, Machine
 from ecyl_ros.drive.rigid.machine_file import load_machine
+from ecyl_ros.effects import load_viscous_friction, spring_load
 from ecyl_ros.errors import InputError
-from ecyl_ros.gap.effort.balance import Balance
-from ecyl_ros.gap.effort.floor import repeatability
-from ecyl_ros.gap.effort.judge import diagnose_effort
-from ecyl_ros.gap.effort.motion import motion_of
-from ecyl_ros.gap.effort.terms import Catalogue
+from ecyl_ros.gap.diagnose import diagnose
 from ecyl_ros.gap.report.page import report_html
 from ecyl_ros.gap.report.terminal import summary
+from ecyl_ros.gap.rigid.balance import Balance
+from ecyl_ros.gap.rigid.floor import repeatability
+from ecyl_ros.gap.rigid.motion import motion_of
+from ecyl_ros.gap.rigid.terms import Catalogue
 from ecyl_ros.recording.signals import Recording
 
 M = motion(0.1)
@@ -27,7 +28,7 @@ S, SR = np.sign(M.v), np.sign(R.v)
 
 
 def _linear(extra, noise=0.3, seed=7, machine=LINEAR):
-    return diagnose_effort(recorded(M, 20.0 * M.a + extra, machine, noise, 1e-6, seed), machine)
+    return diagnose(recorded(M, 20.0 * M.a + extra, machine, noise, 1e-6, seed), machine)
 
 
 def _values(result) -> dict[str, dict[str, float]]:
@@ -93,7 +94,7 @@ def test_a_machine_as_modelled_has_no_gap() -> None:
     """Without a fault nothing is named, linear and rotary, whatever the noise's seed."""
     for seed in range(4):
         assert _linear(0.0, seed=seed).verdict == "no_gap"
-        rotary = diagnose_effort(recorded(R, 0.02 * R.a, ROTARY, 0.005, 1e-4, seed), ROTARY)
+        rotary = diagnose(recorded(R, 0.02 * R.a, ROTARY, 0.005, 1e-4, seed), ROTARY)
         assert rotary.verdict == "no_gap" and not rotary.causes
 
 
@@ -111,11 +112,11 @@ def test_cogging_and_ripple_of_a_rotor_are_told_apart() -> None:
     """A torque of the angle is cogging, a share of the motor's is ripple; orders are exact."""
     turning = motion(12.0, duration_s=20.0)
     effort = 0.02 * turning.a + 0.05 * np.sin(12.0 * turning.q + 1.0)
-    result = diagnose_effort(recorded(turning, effort, ROTARY, 0.01, 1e-4), ROTARY)
+    result = diagnose(recorded(turning, effort, ROTARY, 0.01, 1e-4), ROTARY)
     assert _values(result)["cogging_torque"]["periods_per_rev"] == 12.0
     assert _values(result)["cogging_torque"]["amplitude_nm"] == pytest.approx(0.05, rel=0.03)
     effort = 0.02 * turning.a / (1.0 + 0.2 * np.sin(12.0 * turning.q))
-    result = diagnose_effort(recorded(turning, effort, ROTARY, 0.01, 1e-4), ROTARY)
+    result = diagnose(recorded(turning, effort, ROTARY, 0.01, 1e-4), ROTARY)
     assert [one.effect for one in result.causes] == ["torque_ripple"]
     assert _values(result)["torque_ripple"]["fraction"] == pytest.approx(0.2, rel=0.05)
 
@@ -133,7 +134,7 @@ def test_a_disturbance_outside_the_catalogue_is_not_named() -> None:
 def test_a_late_actuator_shows_as_a_delay() -> None:
     """Effort 8 ms ahead of the motion is a delay of 8 ms, of the actuator or of the measurement."""
     effort = np.interp(M.t + 0.008, M.t, 20.0 * M.a + 9.0 * S)
-    result = diagnose_effort(recorded(M, effort, LINEAR, 0.3, 1e-6), LINEAR)
+    result = diagnose(recorded(M, effort, LINEAR, 0.3, 1e-6), LINEAR)
     found = {one.effect: one for one in result.causes}
     assert set(found) == {"load_coulomb_friction", "actuation_delay"}
     assert _values(result)["actuation_delay"]["delay_s"] == pytest.approx(0.008, rel=0.03)
@@ -148,7 +149,7 @@ def test_what_the_file_leaves_out_is_found_and_said() -> None:
     assert mass.value == pytest.approx(20.0, rel=0.01) and mass.low < 20.0 < mass.high
     assert mass.nominal is None and "load.mass is left out" in result.notes[0]
     ampere = Machine(kind="rigid", output="rotary", actuation="current")
-    result = diagnose_effort(recorded(R, 0.02 * R.a + 0.1 * SR, ampere, 0.004, 1e-4), ampere)
+    result = diagnose(recorded(R, 0.02 * R.a + 0.1 * SR, ampere, 0.004, 1e-4), ampere)
     assert result.signals[0].unit == "A"
     assert _values(result) == {
         "rotor_coulomb_friction": {"coulomb_a": pytest.approx(0.1, rel=0.02)}
@@ -184,7 +185,11 @@ def test_the_floor_is_what_does_not_repeat() -> None:
     moved = motion_of(recording, machine, "r")
     catalogue = Catalogue(moved, machine)
     balance = Balance(moved, catalogue.nominal())
-    found = repeatability(balance, balance.fit([catalogue.viscous(), catalogue.spring()]), False)
+    found = repeatability(
+        balance,
+        balance.fit([one.term(catalogue.along) for one in (load_viscous_friction, spring_load)]),
+        False,
+    )
     # White noise of 1 N up to 25 Hz of 500, through a fourth-order filter run both ways.
     assert found == pytest.approx(np.sqrt(25.0 / 500.0) * 0.96, rel=0.25)
 
@@ -193,15 +198,15 @@ def test_one_mode_is_judged_by_itself() -> None:
     """Friction in the second half only: named there, no gap in the first, none lost by name."""
     mode = (M.t > 10.0).astype(float)
     recording = recorded(M, 20.0 * M.a + 9.0 * S * mode, LINEAR, 0.3, 1e-6, mode=mode)
-    assert diagnose_effort(recording, LINEAR, mode=0.0).verdict == "no_gap"
-    second = diagnose_effort(recording, LINEAR, mode=1.0)
+    assert diagnose(recording, LINEAR, mode=0.0).verdict == "no_gap"
+    second = diagnose(recording, LINEAR, mode=1.0)
     assert [one.effect for one in second.causes] == ["load_coulomb_friction"]
-    together = diagnose_effort(recording, LINEAR)
+    together = diagnose(recording, LINEAR)
     assert any("mode changes within the run (0, 1)" in note for note in together.notes)
     share = {one.condition: one.share for one in together.when}
     assert share["mode_1"] > 0.95
     with pytest.raises(InputError, match=r"mode 7 does not occur; modes recorded: 0, 1"):
-        diagnose_effort(recording, LINEAR, mode=7.0)
+        diagnose(recording, LINEAR, mode=7.0)
 
 
 def test_a_known_loop_is_checked_against_the_recorded_effort() -> None:
@@ -226,7 +231,7 @@ def test_a_known_loop_is_checked_against_the_recorded_effort() -> None:
             position_kp=gain,
             speed_kp=50.0,
         )
-        ports = {one.block: one.ratio for one in diagnose_effort(recording, machine).ports}
+        ports = {one.block: one.ratio for one in diagnose(recording, machine).ports}
         assert (ports["controller"] < 1.5) == alike
 
 
@@ -258,7 +263,7 @@ def test_unusable_recordings_are_refused_by_name(change, message) -> None:
     signals = {"rod_position_m": good.rod_position_m, "rod_force_n": good.rod_force_n} | change
     bad = Recording(stamp_ns=good.stamp_ns, **{k: v for k, v in signals.items() if v is not None})
     with pytest.raises(InputError, match=message) as caught:
-        diagnose_effort(bad, LINEAR, source="x.mcap")
+        diagnose(bad, LINEAR, source="x.mcap")
     assert str(caught.value).startswith("x.mcap: ") and "\n" not in str(caught.value)
 
 
@@ -266,7 +271,7 @@ def test_a_short_recording_is_refused() -> None:
     """Less than 3 s: refused with the length."""
     short = recorded(M, 20.0 * M.a, LINEAR, 0.3, 1e-6).slice(0.0, 2.0)
     with pytest.raises(InputError, match=r"2 s long, expected at least 3 s"):
-        diagnose_effort(short, LINEAR)
+        diagnose(short, LINEAR)
 
 
 FILE = "/**:\n  ros__parameters:\n"

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from ecyl_ros.drive.rigid.machine import Machine
+from ecyl_ros.gap.diagnose import diagnose
 from ecyl_ros.gap.diagnosis import Diagnosis
-from ecyl_ros.gap.effort.judge import diagnose_effort
 from ecyl_ros.gap.report.page import report_html
 from ecyl_ros.gap.report.scrub import topic, write_scrub
 from ecyl_ros.gap.report.terminal import summary
@@ -71,7 +71,7 @@ def worn() -> np.ndarray:
 def test_a_known_loop_gives_back_the_tracking_error(worn) -> None:
     """The gap is what other equations give for the fault; with what is named 3 % of it are left."""
     healthy = _run(HEALTHY)
-    result = diagnose_effort(_recording(worn, reference_position_m=REFERENCE), LOOP)
+    result = diagnose(_recording(worn, reference_position_m=REFERENCE), LOOP)
     assert [one.effect for one in result.causes] == ["direction_dependent_friction"]
     gap, after = _gaps(result)["tracking_error"]
     assert gap == pytest.approx(_rms((worn - healthy)[:, 0]), rel=0.05)
@@ -85,7 +85,7 @@ def test_a_known_loop_gives_back_the_tracking_error(worn) -> None:
 
 def test_a_machine_as_modelled_is_replayed_to_its_floor() -> None:
     """Without a fault there is no gap, and the tracking error comes back to half a thousandth."""
-    result = diagnose_effort(_recording(_run(HEALTHY), reference_position_m=REFERENCE), LOOP)
+    result = diagnose(_recording(_run(HEALTHY), reference_position_m=REFERENCE), LOOP)
     assert result.verdict == "no_gap"
     assert _gaps(result)["tracking_error"][0] < 5e-4 * _rms(REFERENCE - _run(HEALTHY)[:, 0])
 
@@ -96,14 +96,14 @@ def test_a_limit_and_an_integral_are_played_as_they_ran() -> None:
     rows = _run(truth)
     assert np.mean(np.abs(rows[:, 2]) > 74.9) > 0.01
     machine = dataclasses.replace(LOOP, speed_ki=0.25 * KV * KP, command_limit=75.0)
-    result = diagnose_effort(_recording(rows, reference_position_m=REFERENCE), machine)
+    result = diagnose(_recording(rows, reference_position_m=REFERENCE), machine)
     gap, after = _gaps(result)["tracking_error"]
     assert after < 0.02 * _rms(REFERENCE - rows[:, 0]) and after < 0.2 * gap
 
 
 def test_without_a_loop_the_measured_effort_is_played_and_begun_anew(worn) -> None:
     """No controller: speed and position from the measured force; a note says why it begins anew."""
-    result = diagnose_effort(_recording(worn), FILE)
+    result = diagnose(_recording(worn), FILE)
     for name in ("position", "speed"):
         gap, after = _gaps(result)[name]
         assert after < 0.1 * gap, name
@@ -112,7 +112,7 @@ def test_without_a_loop_the_measured_effort_is_played_and_begun_anew(worn) -> No
     assert _gaps(result)["position"][0] < 0.5 * force / MASS * span**2
     (note,) = [one for one in result.notes if "begun anew" in one]
     assert "no controller in the drive file" in note and "0.5 s" in note
-    lost = diagnose_effort(_recording(worn), LOOP)
+    lost = diagnose(_recording(worn), LOOP)
     assert any("no reference was recorded" in one for one in lost.notes)
 
 
@@ -120,7 +120,7 @@ def test_a_speed_loop_is_replayed_by_its_speed(worn) -> None:
     """A file without a position gain: reference speed in, speed compared, position left alone."""
     wanted = KP * (REFERENCE - worn[:, 0])
     machine = dataclasses.replace(LOOP, position_kp=None)
-    result = diagnose_effort(_recording(worn, reference_velocity_m_per_s=wanted), machine)
+    result = diagnose(_recording(worn, reference_velocity_m_per_s=wanted), machine)
     found = _gaps(result)
     assert set(found) == {"force", "speed", "force_in_the_loop"}
     assert found["speed"][1] < 0.1 * found["speed"][0]
@@ -134,9 +134,7 @@ def test_a_late_loop_is_late_in_the_replay(worn) -> None:
         np.column_stack([rows[:, 0], rows[:, 1], late]), reference_position_m=REFERENCE
     )
     left = [
-        _gaps(diagnose_effort(recording, dataclasses.replace(LOOP, delay_s=delay)))[
-            "tracking_error"
-        ][1]
+        _gaps(diagnose(recording, dataclasses.replace(LOOP, delay_s=delay)))["tracking_error"][1]
         for delay in (3e-3, 0.0)
     ]
     assert left[0] < 0.5 * left[1]
@@ -145,7 +143,7 @@ def test_a_late_loop_is_late_in_the_replay(worn) -> None:
 def test_a_loop_that_runs_away_is_said_and_not_shown(worn) -> None:
     """A gain of the wrong sign cannot be replayed: a note says so, the verdict stands."""
     machine = dataclasses.replace(LOOP, speed_kp=80.0 * KV)
-    result = diagnose_effort(_recording(worn, reference_position_m=REFERENCE), machine)
+    result = diagnose(_recording(worn, reference_position_m=REFERENCE), machine)
     assert [one.name for one in result.signals] == ["force"]
     assert any("runs away" in note for note in result.notes)
     assert [one.effect for one in result.causes] == ["direction_dependent_friction"]
@@ -155,7 +153,7 @@ def test_report_summary_and_scrub_show_the_replay(worn, tmp_path: Path) -> None:
     """The tracking error stands in the summary, in the page and as curves of the MCAP."""
     from mcap.reader import make_reader
 
-    result = diagnose_effort(_recording(worn, reference_position_m=REFERENCE), LOOP)
+    result = diagnose(_recording(worn, reference_position_m=REFERENCE), LOOP)
     assert "tracking error" in summary(result)
     assert "tracking error, nominal model" in report_html(result).replace("Tracking", "tracking")
     write_scrub(result, tmp_path / "a.mcap")

@@ -10,7 +10,7 @@ from rigid_machines import LINEAR, motion, recorded
 
 from ecyl_ros.drive.rigid.machine_file import machine_from_flat
 from ecyl_ros.errors import InputError
-from ecyl_ros.gap.effort.judge import diagnose_effort
+from ecyl_ros.gap.diagnose import diagnose
 
 M = motion(0.05)
 FILE = {"drive.kind": "rigid", "drive.output": "linear", "load.mass": 20.0}
@@ -20,7 +20,7 @@ def judged(mass: float, tolerance: float | str, friction: float = 0.0):
     """A mass of 20 kg on the sheet, in truth another, with Coulomb friction or without."""
     machine = dataclasses.replace(LINEAR, tolerances={"load.mass": tolerance})
     effort = mass * M.a + friction * np.tanh(M.v / 1e-4)
-    return diagnose_effort(recorded(M, effort, machine, 0.3, 1e-6), machine)
+    return diagnose(recorded(M, effort, machine, 0.3, 1e-6), machine)
 
 
 def test_a_mass_within_its_tolerance_is_no_cause() -> None:

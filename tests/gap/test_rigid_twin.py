@@ -15,8 +15,8 @@ from ecyl_ros.drive.rigid.machine import Machine
 from ecyl_ros.drive.rigid.machine_file import load_machine
 from ecyl_ros.effects.catalogue import RIGID
 from ecyl_ros.errors import InputError
-from ecyl_ros.gap.effort.judge import diagnose_effort
-from ecyl_ros.gap.effort.twin import write_effort_twin
+from ecyl_ros.gap.diagnose import diagnose
+from ecyl_ros.gap.twin import write_twin
 from ecyl_ros.recording.csvfile import write_csv
 
 HEAD = "# My drive.\n/**:\n  ros__parameters:\n    drive: {kind: rigid, output: %s}\n"
@@ -49,9 +49,9 @@ def _file(path: Path, body: str, output: str = "linear") -> Path:
 def _twin(tmp_path: Path, recording, body: str, output: str = "linear"):
     """First diagnosis, the twin's file, and the diagnosis by it."""
     nominal = _file(tmp_path / "nominal.yaml", body, output)
-    first = diagnose_effort(recording, load_machine(nominal))
-    write_effort_twin(first, nominal, tmp_path / "twin.yaml")
-    return first, diagnose_effort(recording, load_machine(tmp_path / "twin.yaml"))
+    first = diagnose(recording, load_machine(nominal))
+    write_twin(first, nominal, tmp_path / "twin.yaml")
+    return first, diagnose(recording, load_machine(tmp_path / "twin.yaml"))
 
 
 @pytest.mark.parametrize("fault", LINEAR_FAULTS)
@@ -105,12 +105,12 @@ def test_a_twin_of_a_twin_adds_up(tmp_path) -> None:
     first = recorded(M, 20.0 * M.a + 9.0 * S, LINEAR, 0.3, 1e-6)
     _twin(tmp_path, first, body)
     worse = recorded(M, 20.0 * M.a + 15.0 * S, LINEAR, 0.3, 1e-6)
-    found = diagnose_effort(worse, load_machine(tmp_path / "twin.yaml"))
-    write_effort_twin(found, tmp_path / "twin.yaml", tmp_path / "again.yaml")
+    found = diagnose(worse, load_machine(tmp_path / "twin.yaml"))
+    write_twin(found, tmp_path / "twin.yaml", tmp_path / "again.yaml")
     (effect,) = load_machine(tmp_path / "again.yaml").effects
     assert effect.name == "load_coulomb_friction"
     assert effect.values["coulomb"] == pytest.approx(15.0, rel=0.02)
-    assert diagnose_effort(worse, load_machine(tmp_path / "again.yaml")).verdict == "no_gap"
+    assert diagnose(worse, load_machine(tmp_path / "again.yaml")).verdict == "no_gap"
 
 
 def test_the_command_writes_the_twin_and_takes_it(tmp_path, capsys) -> None:
@@ -128,9 +128,9 @@ def test_the_command_writes_the_twin_and_takes_it(tmp_path, capsys) -> None:
 def test_no_cause_no_file(tmp_path) -> None:
     """A machine as modelled: nothing to write, and nothing written."""
     nominal = _file(tmp_path / "n.yaml", "    actuation: {signal: force}\n    load: {mass: 20.0}\n")
-    result = diagnose_effort(recorded(M, 20.0 * M.a, LINEAR, 0.3, 1e-6), load_machine(nominal))
+    result = diagnose(recorded(M, 20.0 * M.a, LINEAR, 0.3, 1e-6), load_machine(nominal))
     with pytest.raises(InputError, match="no cause was named"):
-        write_effort_twin(result, nominal, tmp_path / "t.yaml")
+        write_twin(result, nominal, tmp_path / "t.yaml")
     assert not (tmp_path / "t.yaml").exists()
 
 
@@ -169,7 +169,7 @@ def test_effects_in_another_unit_than_the_recording_are_refused(tmp_path) -> Non
     path = _file(tmp_path / "d.yaml", "    effects: {load_coulomb_friction: {coulomb_a: 0.1}}\n")
     machine = dataclasses.replace(load_machine(path), actuation="force", gain=1.0, inertia=20.0)
     with pytest.raises(InputError, match=r"effort comes in N, the effects .* counted in A"):
-        diagnose_effort(recorded(M, 20.0 * M.a, LINEAR, 0.3, 1e-6), machine)
+        diagnose(recorded(M, 20.0 * M.a, LINEAR, 0.3, 1e-6), machine)
 
 
 def test_the_page_has_the_table_of_effects() -> None:

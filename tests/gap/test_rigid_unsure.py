@@ -8,9 +8,9 @@ import numpy as np
 from rigid_machines import LINEAR, RATE_HZ, ROTARY, Motion, motion, recorded
 
 from ecyl_ros.drive.rigid.machine import Machine
-from ecyl_ros.gap.effort.judge import diagnose_effort
-from ecyl_ros.gap.effort.motion import motion_of
-from ecyl_ros.gap.effort.rest import at_rest
+from ecyl_ros.gap.diagnose import diagnose
+from ecyl_ros.gap.rigid.motion import motion_of
+from ecyl_ros.gap.rigid.rest import at_rest
 
 M = motion(0.1)
 
@@ -44,7 +44,7 @@ def test_what_friction_holds_at_rest_is_no_gap() -> None:
     """Level 9 N in motion; at rest anything below it: friction of 9 N alone is named."""
     m = _pausing()
     holding = 9.0 * np.sign(m.v) + np.where(m.v == 0.0, 6.0 * np.sin(0.7 * m.t), 0.0)
-    found = _causes(diagnose_effort(recorded(m, 20.0 * m.a + holding, LINEAR, 0.3, 1e-6), LINEAR))
+    found = _causes(diagnose(recorded(m, 20.0 * m.a + holding, LINEAR, 0.3, 1e-6), LINEAR))
     assert set(found) == {"load_coulomb_friction"}
     assert abs(found["load_coulomb_friction"].parameters[0].value - 9.0) < 0.3
 
@@ -56,7 +56,7 @@ def test_by_voltage_viscous_friction_and_back_emf_share() -> None:
     volts = dataclasses.replace(machine, gain=1.0)
     effort = (0.02 * m.a + 0.05 * m.v) / 0.2
     recording = recorded(m, effort, volts, 0.02, 1e-5)
-    found = _causes(diagnose_effort(recording, machine))
+    found = _causes(diagnose(recording, machine))
     assert "back_emf_error" in found["rotor_viscous_friction"].alternatives
     assert found["rotor_viscous_friction"].confidence < 0.9
 
@@ -67,7 +67,7 @@ def test_at_even_speed_a_line_is_not_surely_of_the_turn() -> None:
     m = Motion(t, 3.0 * t, np.full_like(t, 3.0), np.zeros_like(t))
     machine = dataclasses.replace(ROTARY, inertia=None, bandwidth_hz=20.0)
     effort = 0.1 + 0.05 * np.sin(7.0 * m.q)
-    result = diagnose_effort(recorded(m, effort, machine, 0.002, 1e-5), machine)
+    result = diagnose(recorded(m, effort, machine, 0.002, 1e-5), machine)
     assert all(one.confidence < 0.9 for one in result.causes)
     assert "rotor_viscous_friction" not in _causes(result)
 
@@ -78,7 +78,7 @@ def test_an_effort_that_stands_while_the_output_moves_is_left_out() -> None:
     good = recorded(M, effort, LINEAR, 0.3, 1e-6)
     force = np.array(good.rod_force_n)
     force[8000:14000] = 0.0
-    result = diagnose_effort(dataclasses.replace(good, rod_force_n=force), LINEAR)
+    result = diagnose(dataclasses.replace(good, rod_force_n=force), LINEAR)
     assert any("stands still for 6" in note for note in result.notes)
     for one in result.causes:
         assert one.confidence < 0.9
@@ -89,6 +89,6 @@ def test_an_effort_that_stands_while_the_output_moves_is_left_out() -> None:
 def test_two_samples_of_lag_are_no_delay() -> None:
     """Effort 1.8 samples ahead of the motion beside friction: no delay is named, nor told of."""
     effort = np.interp(M.t + 1.8 / RATE_HZ, M.t, 20.0 * M.a + 9.0 * np.sign(M.v))
-    result = diagnose_effort(recorded(M, effort, LINEAR, 0.3, 1e-6), LINEAR)
+    result = diagnose(recorded(M, effort, LINEAR, 0.3, 1e-6), LINEAR)
     assert set(_causes(result)) == {"load_coulomb_friction"}
     assert not any("delay" in note and "named" in note for note in result.notes)

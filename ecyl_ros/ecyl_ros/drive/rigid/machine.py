@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 from ..tolerances import RIGID, half_widths
 from .model import Acting
@@ -162,3 +164,29 @@ KEYS: dict[str, Key] = {
         "bandwidth_hz", ("Hz", "Hz"), 0.01, 1e5, "effort and motion are compared up to here"
     ),
 }
+
+
+_NEAR = 1e-6  # relative: rounding to the digits of a file, over sums of two
+
+
+def same_machine(one: Machine, other: Machine) -> bool:
+    """Whether two machines are the same but for the rounding of what stands in a file.
+
+    In any order of their effects.
+    """
+    plain: dict[str, Any] = {"effects": (), "effects_unit": None, "inertia": None}
+    if dataclasses.replace(one, **plain) != dataclasses.replace(other, **plain):
+        return False
+    pairs = zip(_values(one), _values(other), strict=False)
+    return len(_values(one)) == len(_values(other)) and all(
+        name == name_too and math.isclose(value, value_too, rel_tol=_NEAR, abs_tol=1e-300)
+        for (name, value), (name_too, value_too) in pairs
+    )
+
+
+def _values(machine: Machine) -> list[tuple[str, float]]:
+    effects = sorted(machine.effects, key=lambda one: one.name)
+    found = [
+        (f"{one.name}.{key}", one.values[key]) for one in effects for key in sorted(one.values)
+    ]
+    return [("inertia", machine.inertia or 0.0), *found]

@@ -21,11 +21,6 @@ from .effects_file import effects_table, parse
 from .machine import KEYS, OUTPUTS, Key, Machine
 
 
-def is_machine_file(path: str | os.PathLike[str]) -> bool:
-    """Whether a drive file (or profile) says `drive.kind`, hence is read by `load_machine`."""
-    return any(key.startswith("drive.") for key in read_parameter_file(resolve_drive(path)))
-
-
 def load_machine(path: str | os.PathLike[str]) -> Machine:
     """Read and check the drive file of a rigid drive or a follower.
 

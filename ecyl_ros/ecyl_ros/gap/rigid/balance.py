@@ -51,6 +51,10 @@ class Solution:
             at += size
         raise KeyError(term.key)
 
+    def rms(self, rows: BoolArray) -> float:
+        """Of what it leaves on `rows`, bool[m]."""
+        return float(np.sqrt(np.mean(self.residual[rows] ** 2)))
+
     def explained(self, nominal: FloatArray) -> FloatArray:
         """Effort explained on the grid of the motion: nominal plus the terms."""
         made = nominal.copy()

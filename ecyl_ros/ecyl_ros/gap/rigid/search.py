@@ -28,7 +28,8 @@ _NARROW, _WIDE = 2, 24  # widths of a window, in places
 class Left:
     """What a set of terms leaves, see `effects.term.Left`.
 
-    residual: float64[m]. same: instants in the same state of motion.
+    residual: float64[m]. same: instants in the same state of motion. enough: whether the set has as
+    many orders over the position as are looked for.
     """
 
     balance: Balance
@@ -36,9 +37,12 @@ class Left:
     residual: FloatArray
     explained: FloatArray
     same: Pairs
+    enough: bool
 
     def orders(self, effort: FloatArray | None = None) -> list[float]:
         """Strongest orders over the turn."""
+        if self.enough:
+            return []
         if effort is not None:
             effort = self.balance.motion.filtered(effort)
         return _orders(self.balance, self.along, self.residual, effort)

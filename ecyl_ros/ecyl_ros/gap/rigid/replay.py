@@ -24,7 +24,7 @@ from ..report import quantities as q
 from .balance import Balance, Solution
 from .closest import closest
 from .floor import white_floor
-from .ruling import Judgement, Ruling
+from .judge import Judgement, Ruling
 
 _SHORTEST_S = 0.1  # of a piece that runs through
 _FEWEST = 16  # samples of a piece that is begun anew, at the least

@@ -9,8 +9,7 @@ from ...drive.rigid.units import Units
 from ...effects.catalogue import RIGID
 from ...effects.term import Interval, Term
 from ..diagnosis import SheetValue
-
-_SEEN = 0.8  # tolerances: an interval as wide as the sheet's says nothing new
+from ..verdict import SEEN
 
 
 def sheet_value(
@@ -37,8 +36,7 @@ def sheet_value(
         value=value,
         low=low,
         high=high,
-        pull=(value - nominal) / width,
-        seen=bool(high - low < 2.0 * _SEEN * width),
+        seen=bool(high - low < 2.0 * SEEN * width),
     )
 
 

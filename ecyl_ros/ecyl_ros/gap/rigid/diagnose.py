@@ -1,9 +1,7 @@
-"""`diagnose_effort`: a recording and a rigid drive in; where the gap in effort lies, what causes
-it, how far it shrinks out."""
+"""A rigid drive judged by the effort that its measured motion needs: from a recording on."""
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Collection
 
 import numpy as np
@@ -18,52 +16,36 @@ from ...effects import (
 from ...errors import InputError
 from ...recording.signals import Recording
 from ..diagnosis import Diagnosis
-from .assemble import Assembly
+from .assemble import assembled
 from .balance import Balance, Solution
 from .compete import compete, concluded
 from .floor import repeatability, white_floor
+from .judge import Judgement
 from .motion import Motion, motion_of
-from .ruling import Judgement
 from .terms import Catalogue
 
-SHORTEST_S = 3.0
 _FINER = 0.8  # a floor below this share of the last one has the effects compete anew
 _REFUTED = 0.5  # of the floor: what leaves less on unseen rows shows that it is no floor
 _TOO_LITTLE = 24  # compared samples per second of use: fewer stretches say nothing
 
 
-def diagnose_effort(
+def diagnose_rigid(
     recording: Recording,
     machine: Machine,
     *,
-    without: Collection[str] = (),
-    mode: float | None = None,
-    source: str = "recording",
-    drive_name: str = "drive",
-    progress: Callable[[float], None] | None = None,
+    without: Collection[str],
+    mode: float | None,
+    source: str,
+    drive_name: str,
+    tell: Callable[[float], None],
 ) -> Diagnosis:
-    """Diagnose a rigid drive by the effort that its measured motion needs.
-
-    Args:
-        recording: of the real drive; position (or speed) of its output, and effort.
-        machine: the nominal model, as far as it is known.
-        without: effects to do without.
-        mode: judge only the samples whose recorded mode has this value.
-        source, drive_name: what messages call the two.
-        progress: called now and then with the share done, 0 to 1.
+    """See `diagnose.diagnose`; tell: called now and then with the share done.
 
     Raises:
-        InputError: unusable input: no position, no effort, too short, no motion, no such mode.
+        InputError: no position, no effort, no motion, no such mode.
     """
-    begin = time.perf_counter()
-    if len(recording) and recording.duration_s < SHORTEST_S:
-        raise InputError(
-            f"{source}: {recording.duration_s:.3g} s long, expected at least {SHORTEST_S:g} s to "
-            "fit on one part and judge on another"
-        )
     motion = motion_of(recording, machine, source, mode)
     _check(motion, machine, source)
-    tell = progress or (lambda share: None)
     tell(0.05)
     catalogue = Catalogue(motion, machine)
     balance = Balance(motion, catalogue.nominal())
@@ -90,9 +72,7 @@ def diagnose_effort(
     if simplest is not None:
         contest = concluded(balance, catalogue, floor, without, contest, simplest)
         judgement = Judgement(balance, catalogue, contest, floor, floor_is)
-    result = Assembly(judgement, mode).diagnosis(source, drive_name, begin, recording)
-    tell(1.0)
-    return result
+    return assembled(judgement, mode, recording, source, drive_name)
 
 
 def _check(motion: Motion, machine: Machine, source: str) -> None:

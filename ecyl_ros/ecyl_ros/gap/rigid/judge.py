@@ -13,31 +13,32 @@ from scipy.ndimage import maximum_filter1d
 from ...effects import actuation_delay, load_coulomb_friction, load_viscous_friction
 from ...effects.actuation_delay import LATE
 from ...effects.catalogue import EFFECTS
-from ...effects.term import Interval, Term
+from ...effects.term import Term
 from ..diagnosis import BoolArray, Cause, FittedParameter
-from ..verdict import EXPLAINED_SHRINK, NAMED, NO_GAP_RATIO, STRUCTURELESS
+from ..verdict import (
+    HELPS,
+    NAMED,
+    NO_GAP_RATIO,
+    STRUCTURELESS,
+    named_cause,
+    shrink_of,
+    verdict_of,
+)
 from .balance import Balance, Solution
+from .certainty import Certainty
 from .compete import Contest
 from .floor import white_floor
-from .neutral import SHEET, SILENT, why_not
 from .terms import Catalogue
+from .void import SHEET, SILENT, why_not
 
-# Share of the gap that must be gone for anything to be named. Less than in replay: the floor of a
-# real drive is what its best model could reach at all, and friction alone rarely gets there.
-_HELPS = 0.5
-_CLOSE, _HELPS_CLOSE = 5.0, 0.25  # the same where no more than so many floors are left
+_CLOSE, _HELPS_CLOSE = 5.0, 0.25  # where no more than so many floors are left, less has to be gone
 _WANDERS = 0.05  # share of the effort that may not repeat where there is to be no gap
-_CERTAIN = 0.97  # the most that a cause found by effort is believed
 _SMALL = 0.03  # share of the gap that an effect has to take off to be named
-_ALIKE = 0.2  # of what is left: sets that differ by less (2 % of its RMS) cannot be told apart
-_SAME = 0.01  # of the power of columns: they span the same but next to a reversal
-_OWN = 0.5  # share of an effect's power that another has to take over to be its like
 _MOST = 0.5  # share of what is explained that has to be named to count for the whole
 _FLAT = 0.7  # share of the signal that its floor may have: half of the power is unknown beyond
 _SLOW = 3.0  # times the speed over which the sign of the speed is softened
 _SMEARED = 0.75  # periods of the bandwidth over which the filter spreads what happens at rest
 _ENOUGH = 0.5  # share of the judged samples that has to be in motion
-_UNLIKELY = 1.0 / 3.0  # weight of an alternative for each step that it is rarer
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,6 +97,7 @@ class Judgement:
         # Gap figures are those of fits that saw a part; values are fitted anew to all of it.
         self.whole = balance.fit(contest.winner.terms, balance.usable)
         self.spans = balance.intervals(self.whole, balance.usable)
+        self.certainty = Certainty(balance, contest, self.judged, floor)
         self.notes: list[str] = []
         self._sure: dict[str, tuple[float, float]] = {}
         self._alike: dict[str, tuple[str, ...]] = {}
@@ -103,11 +105,6 @@ class Judgement:
         self._shares_all: dict[str, float] = {}
         self._competed = len(contest.order)
         self._void: dict[str, str] = self._voids()
-
-    def rms(self, solution: Solution, rows: BoolArray | None = None) -> float:
-        """Of what a solution leaves on `rows`, held-out ones unless told."""
-        values = solution.residual[self.judged if rows is None else rows]
-        return float(np.sqrt(np.mean(values**2)))
 
     def _timed(self, before: float) -> float:
         """`before`, less what a shift between effort and motion by a sample or so takes off.
@@ -119,16 +116,16 @@ class Judgement:
         delay = dataclasses.replace(delay, low=(-math.inf,))
         fit = self.balance.fit([*base.terms, delay])
         near = abs(float(fit.of(delay)[0])) <= LATE / self.motion.rate_hz
-        return min(before, self.rms(fit)) if near else before
+        return min(before, fit.rms(self.judged)) if near else before
 
     def _helps(self, before: float, best: float, surplus: float) -> bool:
         close = best <= _CLOSE * self.floor
-        return before - best >= (_HELPS_CLOSE if close else _HELPS) * surplus
+        return before - best >= (_HELPS_CLOSE if close else HELPS) * surplus
 
     def rule(self) -> Ruling:
         """Decide what is named. Call once."""
         contest = closest = self.contest
-        before, best = self.rms(contest.base), self.rms(contest.winner)
+        before, best = contest.base.rms(self.judged), contest.winner.rms(self.judged)
         surplus = max(before - self.floor, 1e-12 * before, 1e-300)
         causes = self._causes(before, surplus)
         reason = ""
@@ -151,19 +148,18 @@ class Judgement:
             explained = sum(self._shares_all.values())
             most = sum(self._shares_all[name] for name in kept) >= _MOST * explained
             if not most:
-                contest, best = self.contest, self.rms(self.contest.winner)
+                contest, best = self.contest, self.contest.winner.rms(self.judged)
             named = bool(causes)
         if causes and not named and not no_gap:
             tried = ", ".join(one.title for one in causes)
             self.notes.append(f"closest in the catalogue, but too unsure to be named: {tried}")
         final = contest.winner if named else contest.base
-        after = self.rms(final)
-        shrink = max(0.0, min(1.0, (before - after) / surplus)) if named else 0.0
+        after = final.rms(self.judged)
         silent = sum(self._void[one.key] in SILENT for one in self.whole.terms)
         within_sheet = not named and not no_gap and self._is_sheet(closest)
         if within_sheet:
-            final, after = closest.winner, self.rms(closest.winner)
-            shrink = max(0.0, min(1.0, (before - after) / surplus))
+            final, after = closest.winner, closest.winner.rms(self.judged)
+        shrink = shrink_of(before, after, surplus) if named or within_sheet else 0.0
         whole = not named or len(self.contest.order) + silent >= self._competed
         signal = float(np.sqrt(np.mean(self.balance.effort[self.judged] ** 2)))
         flat = self.floor > _FLAT * signal and after <= STRUCTURELESS * self.floor
@@ -173,25 +169,18 @@ class Judgement:
                 f"{self.motion.effort_name}: a recording with more motion, or load, or with an "
                 "effort of less noise would do"
             )
-        if flat and not named:
-            verdict = "not_judgeable"
-        elif no_gap:
-            verdict = "no_gap"
-        elif within_sheet:
-            verdict = "within_sheet"
-        elif not named:
-            verdict = "not_judgeable" if reason else "unexplained"
-        elif (
-            shrink >= EXPLAINED_SHRINK
-            and after <= STRUCTURELESS * self.floor
-            and whole
-            and not flat
-        ):
-            verdict = "explained"
-        else:
-            verdict = "partly_explained"
+        verdict = verdict_of(
+            no_gap=no_gap,
+            within_sheet=within_sheet,
+            named=named,
+            shrink=shrink,
+            left=after / self.floor,
+            whole=whole,
+            flat=flat,
+            undecided=bool(reason),
+        )
         rivals = [one for one in contest.rivals if self._rival(one)]
-        margin = self.rms(rivals[0]) / best if rivals and best > 0.0 else 1.0
+        margin = rivals[0].rms(self.judged) / best if rivals and best > 0.0 else 1.0
         return Ruling(
             verdict=verdict,
             causes=tuple(causes) if named else (),
@@ -208,7 +197,7 @@ class Judgement:
     def _is_sheet(self, closest: Contest) -> bool:
         """Whether constants within their tolerances bring the model to the floor."""
         voids = [self._void[one.key] for one in closest.order]
-        near = self.rms(closest.winner) <= STRUCTURELESS * self.floor
+        near = closest.winner.rms(self.judged) <= STRUCTURELESS * self.floor
         return near and SHEET in voids and all(one in SILENT for one in voids)
 
     def _voids(self) -> dict[str, str]:
@@ -247,33 +236,30 @@ class Judgement:
         self._shares_all = self._shares_all or dict(shares)
         previous = before
         for term, fit in zip(contest.order, contest.path, strict=True):
-            now = self.rms(fit)
-            lost = self.rms(contest.without[term.effect]) - self.rms(contest.winner)
-            known = EFFECTS[term.effect]
+            now = fit.rms(self.judged)
+            lost = self._lost(term)
             if term.key not in self._sure:  # judged once, beside its rivals and with all others
-                acts, sure, alternatives = self._certainty(term, lost)
+                acts, sure, alternatives = self.certainty.of(term, lost)
                 self._sure[term.key] = (acts, sure)
                 self._alike[term.key] = alternatives
                 more = shares.get(term.effect, 0.0)
                 shares[term.effect] = max(more, (previous - now) / surplus)
+            parameters = [FittedParameter(*one) for one in self.spans[term.key]]
+            sure, others = self._sure[term.key][1], self._alike[term.key]
+            taken_off = (previous - now) / surplus
             found.append(
-                Cause(
-                    effect=term.effect,
-                    block=known.block,
-                    title=known.title,
-                    confidence=self._sure[term.key][1],
-                    parameters=fitted_parameters(self.spans[term.key]),
-                    shrink=min(1.0, (previous - now) / surplus),
-                    shrink_alone_lost=min(1.0, lost / surplus),
-                    alternatives=self._alike[term.key],
-                    excitation=known.excitation,
-                )
+                named_cause(term.effect, parameters, sure, others, taken_off, lost / surplus)
             )
             previous = now
         self._shares = {
             name: max(share, self._shares.get(name, 0.0)) for name, share in shares.items()
         }
         return found
+
+    def _lost(self, term: Term) -> float:
+        """By how much the RMS rises without an effect."""
+        without, winner = self.contest.without[term.effect], self.contest.winner
+        return without.rms(self.judged) - winner.rms(self.judged)
 
     def simplest(self) -> list[Term] | None:
         """The closest set with friction of one level, where its finer forms cannot be told apart.
@@ -286,8 +272,7 @@ class Judgement:
         for at, term in enumerate(order):
             if plain.effect not in term.refines:
                 continue
-            lost = self.rms(self.contest.without[term.effect]) - self.rms(self.contest.winner)
-            acts, sure, names = self._certainty(term, lost)
+            acts, sure, names = self.certainty.of(term, self._lost(term))
             if self._void[term.key] or (acts >= NAMED > sure and names):
                 rest = [*order[:at], *order[at + 1 :]]
                 viscous = load_viscous_friction.term(along)
@@ -315,73 +300,6 @@ class Judgement:
         """Not to be named: void, unsure of itself or among its like, or small."""
         sure = self._sure[term.key][1]
         return bool(self._void[term.key]) or sure < NAMED or self._shares[term.effect] < _SMALL
-
-    def _certainty(self, term: Term, lost: float) -> tuple[float, float, tuple[str, ...]]:
-        """That it, or what looks the same here, acts; that it does itself; what looks the same.
-
-        The first grows with how much it is missed and how far behind the best set without it
-        comes; the second is its share of the first among what this recording cannot tell from it.
-        """
-        winner = self.contest.winner
-        best = max(self.rms(winner), 1e-300)
-        held = {one.effect for one in self.contest.order}
-        # The same columns, but less common; of a term of several parts they give but one.
-        parts = 1 + bool(term.refines)
-        rarity = EFFECTS[term.effect].rarity
-        weights = {
-            name: _UNLIKELY ** max(parts, EFFECTS[name].rarity - rarity)
-            for name in term.alternatives
-        } | dict.fromkeys(term.bent_by, 0.0)
-        behind = best + max(lost, 0.0)
-        # What is left beyond the floor is unknown: a second unknown of that size would turn one
-        # candidate into another, however many samples there are.
-        unknown = math.hypot(
-            math.sqrt(max(best**2 - self.floor**2, 0.0)), _ALIKE * min(best, self.floor)
-        )
-        own = self._apart(winner, self.contest.without[term.effect])
-        for other, rival in self.contest.swaps[term.effect]:
-            if term.effect in other.contained or self._finer(rival, winner, term):
-                continue  # a finer form of the same
-            if other.effect == term.effect:  # another order or line, as good as the one found
-                behind = min(behind, max(self.rms(rival), best))
-                continue
-            if other.effect in held:
-                continue
-            apart = self._apart(winner, rival)
-            simpler = self._within([other], [term])
-            near = apart <= unknown or self.rms(rival) <= math.hypot(1.0, _ALIKE) * best
-            if not simpler and near and apart <= math.sqrt(_OWN) * own:
-                weight = _UNLIKELY ** max(EFFECTS[other.effect].rarity - rarity, 0)
-                weights.setdefault(other.effect, weight)
-            else:
-                behind = min(behind, max(self.rms(rival), best))
-        sure = 1.0 - math.exp(-max(behind / best - 1.0, 0.0) / 0.03)
-        # Where the effort stood still while the output moved, something else drives it, too.
-        acts = min(0.5 + 0.5 * sure, _CERTAIN) * (1.0 - self.motion.standing)
-        # What is rare has to stand above what is unknown anyway.
-        if rarity > 1:
-            acts = min(acts, 1.0 / (1.0 + 2.0 * (unknown / max(own, 1e-9 * best)) ** 2))
-        return acts, acts / (1.0 + sum(weights.values())), tuple(weights)
-
-    def _apart(self, one: Solution, other: Solution) -> float:
-        """RMS of the difference between what two fits explain."""
-        rows = self.balance.usable
-        return float(np.sqrt(np.mean((one.residual - other.residual)[rows] ** 2)))
-
-    def _finer(self, rival: Solution, winner: Solution, term: Term) -> bool:
-        """Whether a rival holds all that the closest set does with `term`, and more."""
-        size = sum(one.columns.shape[0] for one in winner.terms)
-        more = sum(one.columns.shape[0] for one in rival.terms) > size
-        return more and self._within([term], rival.terms)
-
-    def _within(self, simple: Sequence[Term], full: Sequence[Term]) -> bool:
-        """Whether terms are a special case of others: then they are a simpler form, no rival."""
-        few, many = self.balance.columns(simple), self.balance.columns(full)
-        if few.shape[1] >= many.shape[1]:
-            return False
-        rows = self.balance.usable
-        made = many[rows] @ np.linalg.lstsq(many[rows], few[rows], rcond=None)[0]
-        return bool(np.sum((few[rows] - made) ** 2) <= _SAME * np.sum(few[rows] ** 2))
 
     def _rival(self, one: Solution) -> bool:
         """Whether a set could take the winner's place: it does not contain it."""
@@ -433,8 +351,3 @@ def _moving(judged: BoolArray, balance: Balance, catalogue: Catalogue) -> BoolAr
     near = maximum_filter1d(resting, width)[motion.rows]
     kept: BoolArray = judged & ~near
     return kept if kept.sum() > _ENOUGH * judged.sum() else judged
-
-
-def fitted_parameters(spans: Sequence[Interval]) -> tuple[FittedParameter, ...]:
-    """Intervals as parameters of a cause."""
-    return tuple(FittedParameter(*one) for one in spans)

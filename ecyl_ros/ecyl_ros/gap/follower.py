@@ -11,18 +11,18 @@ or a soft loop, position alone does not say, so that no cause is named.
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.stats import t as student
 
-from ...drive.compiled import kernel
-from ...drive.rigid.machine import Machine
-from ...errors import InputError
-from ...recording.signals import Recording
-from ..diagnosis import (
+from ..drive.compiled import kernel
+from ..drive.rigid.machine import Machine
+from ..errors import InputError
+from ..recording.signals import Recording
+from .conditions import shares
+from .diagnosis import (
     BoolArray,
     ConditionShare,
     Diagnosis,
@@ -31,11 +31,10 @@ from ..diagnosis import (
     Series,
     SignalGap,
 )
-from ..verdict import NO_GAP_RATIO
-from .balance import HELD_OUT_EVERY, stretch_length
-from .motion import Motion, motion_of
+from .rigid.balance import HELD_OUT_EVERY, stretch_length
+from .rigid.motion import Motion, motion_of
+from .verdict import NO_GAP_RATIO, verdict_of
 
-SHORTEST_S = 3.0
 _LONGEST_LAG_S = 0.6
 _GRID = 41  # lags and widths of a scan
 _ROUNDS = 3  # of finer scans
@@ -58,30 +57,18 @@ def diagnose_follower(
     recording: Recording,
     machine: Machine,
     *,
-    mode: float | None = None,
-    source: str = "recording",
-    drive_name: str = "drive",
-    progress: Callable[[float], None] | None = None,
+    mode: float | None,
+    source: str,
+    drive_name: str,
+    tell: Callable[[float], None],
 ) -> Diagnosis:
     """Say how the output follows its command: lag, play or dead band, offset, resolution.
 
-    Args:
-        recording: reference position and position of the output.
-        machine: of kind `follower`; what it says of a load or a loop is not used.
-        mode: judge only the samples whose recorded mode has this value.
-        source, drive_name: what messages call the two.
-        progress: called now and then with the share done, 0 to 1.
+    See `diagnose.diagnose`; what the machine's file says of a load or a loop is not used.
 
     Raises:
-        InputError: no position, no command, a command that does not move, or too short.
+        InputError: no position, no command, a command that does not move.
     """
-    begin = time.perf_counter()
-    tell = progress or (lambda share: None)
-    if len(recording) and recording.duration_s < SHORTEST_S:
-        raise InputError(
-            f"{source}: {recording.duration_s:.3g} s long, expected at least {SHORTEST_S:g} s to "
-            "fit on one part and judge on another"
-        )
     motion = motion_of(recording, machine, source, mode)
     end = "m" if machine.linear else "rad"
     command = motion.reference_position
@@ -125,10 +112,10 @@ def diagnose_follower(
     spread = float(np.std(motion.raw_position[usable])) or 1.0
     no_gap = gap <= NO_GAP_RATIO * floor
     stamp = int(recording.stamp_ns[0])
-    result = Diagnosis(
+    return Diagnosis(
         source=source,
         drive=drive_name,
-        verdict="no_gap" if no_gap else "unexplained",
+        verdict=verdict_of(no_gap=no_gap),
         block=None,
         signals=(SignalGap("position", end, gap, gap, floor),),
         when=() if no_gap else _when(motion, command, usable),
@@ -144,7 +131,6 @@ def diagnose_follower(
         notes=(*_notes(motion, machine, step, whole, spans, alone, left, gap), *motion.notes),
         values={},
         series=_series(motion, machine, command, judge, stamp),
-        seconds=time.perf_counter() - begin,
         replays=judge.scans,
         misfit_before=gap / floor,
         misfit_after=gap / floor,
@@ -155,8 +141,6 @@ def diagnose_follower(
         measured=_measured(motion, end, step, whole, spans, gap, left),
         floor_is="the noise and resolution of the position",
     )
-    tell(1.0)
-    return result
 
 
 def resolution(position: FloatArray, stated: float | None) -> float:
@@ -365,10 +349,9 @@ def _notes(
 
 
 def _when(motion: Motion, command: FloatArray, usable: BoolArray) -> tuple[ConditionShare, ...]:
-    energy = np.where(usable, (motion.raw_position - command) ** 2, 0.0)
-    total = float(energy.sum())
-    speed = np.gradient(command, motion.time_s)
-    top = float(np.max(np.abs(speed)))
+    energy = (motion.raw_position - command)[usable] ** 2
+    speed = np.gradient(command, motion.time_s)[usable]
+    top = float(np.max(np.abs(np.gradient(command, motion.time_s))))
     masks = {
         "rest": np.abs(speed) < 0.01 * top,
         "low_speed": (np.abs(speed) >= 0.01 * top) & (np.abs(speed) < 0.2 * top),
@@ -376,13 +359,7 @@ def _when(motion: Motion, command: FloatArray, usable: BoolArray) -> tuple[Condi
         "forwards": speed > 0.01 * top,
         "backwards": speed < -0.01 * top,
     }
-    found = [
-        ConditionShare(name, float(energy[mask].sum()) / total, float(mask[usable].mean()))
-        for name, mask in masks.items()
-        if mask.any()
-    ]
-    found.sort(key=lambda one: one.time_share - one.share)
-    return tuple(found)
+    return shares(energy, {name: mask for name, mask in masks.items() if mask.any()}, {})
 
 
 def _series(

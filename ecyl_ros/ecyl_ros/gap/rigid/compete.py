@@ -136,7 +136,10 @@ class _Run:
         for effect in dict.fromkeys(one.effect for one in chosen):
             less[effect] = self._fit([one for one in chosen if one.effect != effect])
         swaps = self._swaps(chosen)
-        rivals = sorted((fit for pairs in swaps.values() for _, fit in pairs), key=self._held_rms)
+        rivals = sorted(
+            (fit for pairs in swaps.values() for _, fit in pairs),
+            key=lambda one: one.rms(self.balance.judged),
+        )
         return Contest(
             base=base,
             winner=current,
@@ -164,9 +167,6 @@ class _Run:
         self.fits += 1
         return self.balance.fit([*self.unknown, *terms])
 
-    def _held_rms(self, solution: Solution) -> float:
-        return float(np.sqrt(np.mean(solution.residual[self.balance.judged] ** 2)))
-
     def _surplus(self, costs: FloatArray) -> float:
         """Squared residual above the floor.
 
@@ -175,9 +175,16 @@ class _Run:
         mean = float(np.mean(costs))
         return max(mean - self.floor**2, _AT_FLOOR * mean, 1e-300)
 
-    def _left(self, current: Solution) -> Left:
-        explained = current.explained(self.balance.nominal)
-        return Left(self.balance, self.catalogue.along, current.residual, explained, self.same)
+    def _left(self, current: Solution, chosen: Sequence[Term]) -> Left:
+        orders = [one.effect for one in chosen if one.rate and not one.over_time]
+        return Left(
+            balance=self.balance,
+            along=self.catalogue.along,
+            residual=current.residual,
+            explained=current.explained(self.balance.nominal),
+            same=self.same,
+            enough=any(orders.count(name) >= _SAME for name in orders),
+        )
 
     def _candidates(self, current: Solution, chosen: Sequence[Term]) -> list[Term]:
         kinds = [one.effect for one in chosen]
@@ -185,7 +192,7 @@ class _Run:
         finer = {name for one in chosen for name in one.refines}
         return [
             one
-            for one in self.catalogue.candidates(self._left(current))
+            for one in self.catalogue.candidates(self._left(current, chosen))
             if one.effect not in self.barred
             and not self.barred.intersection(one.contained)  # which would bring it back in
             and kinds.count(one.effect) < (_SAME if RIGID[one.effect].several else 1)
@@ -286,10 +293,7 @@ class _Run:
         for old in list(kept[:-1]):
             rest = [one for one in kept if one is not old]
             full = self._fit(kept)
-            now = balance.cross_validated([*self.unknown, *kept], full.scale)
-            cap = _cap(now)
-            now = np.minimum(now, cap)
-            surplus = self._surplus(now)
+            now, cap, surplus = self._standing(full, kept)
             plain = []
             for one in self._candidates(self._fit(rest), rest):
                 if one.size <= old.size and one.key != old.key:
@@ -314,10 +318,7 @@ class _Run:
         kept = list(chosen)
         while len(kept) > 1:
             full = self._fit(kept)
-            now = balance.cross_validated([*self.unknown, *kept], full.scale)
-            cap = _cap(now)
-            now = np.minimum(now, cap)
-            surplus = self._surplus(now)
+            now, cap, surplus = self._standing(full, kept)
             weakest, least = None, math.inf
             for one in kept:
                 rest = [other for other in kept if other is not one]
@@ -347,16 +348,14 @@ class _Run:
             balance = self.balance
             rest = [one for one in chosen if one is not split]
             full = self._fit(chosen)
-            now = balance.cross_validated([*self.unknown, *chosen], full.scale)
-            cap = _cap(now)
-            now = np.minimum(now, cap)
+            now, cap, surplus = self._standing(full, chosen)
             for parts in gives_way(self.catalogue.along, free_means(rest)):
                 if any(one.effect in self.barred for one in parts):
                     continue
                 then = balance.cross_validated([*self.unknown, *rest, *parts], full.scale)
                 self.fits += balance.FOLDS
                 loss = np.minimum(then, 4.0 * cap) - now
-                share = float(np.mean(loss)) / self._surplus(now)
+                share = float(np.mean(loss)) / surplus
                 if share < LEAST_GAIN or _sure(loss) < SURE:
                     return [*rest, *parts]
         return list(chosen)
@@ -365,8 +364,8 @@ class _Run:
         """The terms from the one that takes off most on, and the fits on the way."""
         left, taken, path = list(chosen), list[Term](), list[Solution]()
         while left:
-            fits = [(self._held_rms(fit := self._fit([*taken, one])), fit, one) for one in left]
-            _, fit, one = min(fits, key=lambda item: item[0])
+            fits = [(self._fit([*taken, one]), one) for one in left]
+            fit, one = min(fits, key=lambda item: item[0].rms(self.balance.judged))
             taken.append(one)
             left.remove(one)
             path.append(fit)
@@ -384,7 +383,7 @@ class _Run:
                 for one in self._candidates(current, rest)
                 if one.effect != out or self._elsewhere(one, gone)
             ]
-            twins = self.catalogue.twins(gone[0], self._left(current))
+            twins = self.catalogue.twins(gone[0], self._left(current, rest))
             pool += [one for one in twins if one.effect not in self.barred]
             others = [*rest, *gone[1:]]  # of several orders or lines the strongest gives way
             # Without the mean that a sine is given to earn its place: that is an effect itself.
@@ -392,7 +391,7 @@ class _Run:
                 (one, self._fit([*(o for o in others if o.effect not in one.refines), one]))
                 for one in pool
             ]
-            found[out] = tuple(sorted(pairs, key=lambda pair: self._held_rms(pair[1])))
+            found[out] = tuple(sorted(pairs, key=lambda pair: pair[1].rms(self.balance.judged)))
         return found
 
     def _elsewhere(self, one: Term, found: Sequence[Term]) -> bool:
