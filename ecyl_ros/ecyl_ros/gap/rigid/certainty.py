@@ -11,7 +11,7 @@ from ...effects.catalogue import EFFECTS
 from ...effects.term import Term
 from ..diagnosis import BoolArray
 from .balance import Balance, Solution
-from .compete import Contest
+from .contest import Contest
 
 _CERTAIN = 0.97  # the most that a cause found by effort is believed
 _ALIKE = 0.2  # of what is left: sets that differ by less (2 % of its RMS) cannot be told apart

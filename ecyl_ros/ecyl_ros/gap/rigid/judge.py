@@ -26,7 +26,7 @@ from ..verdict import (
 )
 from .balance import Balance, Solution
 from .certainty import Certainty
-from .compete import Contest
+from .contest import Contest
 from .floor import white_floor
 from .terms import Catalogue
 from .void import SHEET, SILENT, why_not
