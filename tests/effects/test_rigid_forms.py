@@ -102,7 +102,7 @@ def test_each_effect_acts_one_way() -> None:
     for name, form in RIGID.items():
         ports = [port for port in PORTS if hasattr(MODULES[name], port)]
         assert len(ports) == (form.modify is None), name
-        assert (form.asked is None) == (form.modify is not None), name
+        assert (form.coefficients is None) == (form.modify is not None), name
 
 
 def test_a_rigid_effect_is_not_offered_to_a_cylinder() -> None:

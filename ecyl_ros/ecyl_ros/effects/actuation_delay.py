@@ -8,12 +8,11 @@ from dataclasses import replace
 import numpy as np
 
 from ..drive.parameters import DriveParameters
-from ..drive.rigid.model import Model
 from .along import Along
 from .effect import Effect, FloatArray, Quantity
-from .rigid_form import RigidForm, Stem, Values, added
+from .rigid_form import RigidForm, Stem, added
 from .starts import multiples
-from .term import Fitted, Left, Term, plain
+from .term import Term, plain
 
 
 def modify(record: np.ndarray, values: Mapping[str, float], drive: DriveParameters) -> None:
@@ -71,22 +70,11 @@ def term(along: Along, explained: FloatArray) -> Term:
     )
 
 
-def _candidates(along: Along, left: Left) -> list[Term]:
-    return [term(along, left.explained)]
-
-
-def _modify(model: Model, values: Values) -> Model:
-    return replace(model, delay_s=model.delay_s + values["delay"])
-
-
-def _void(fitted: Fitted) -> str:
-    return SAMPLING if fitted.spans[0].value <= fitted.term.least else plain(fitted)
-
-
 RIGID = RigidForm(
     stems=(Stem("delay", "time", -1.0, 1.0, "from effort to motion"),),
-    candidates=_candidates,
-    modify=_modify,
-    void=_void,
+    term=term,
+    tried=lambda along, left: [(left.explained,)],
+    modify=lambda model, values: replace(model, delay_s=model.delay_s + values["delay"]),
+    void=lambda fitted: SAMPLING if fitted.spans[0].value <= fitted.term.least else plain(fitted),
     merged=added,
 )

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from ..drive.compiled import kernel
 from .along import Along
-from .effect import Effect, Evidence, FloatArray, Quantity, Start, phase
-from .rigid_form import HUGE, RigidForm, Stem, Values
+from .effect import Effect, Evidence, Quantity, Start, phase
+from .rigid_form import HUGE, RigidForm, Stem
 from .starts import angular_orders, strongest
-from .term import Left, Term
-from .waves import ORDER, extent, order_parameters, parts, polar, quadratures, shown, size, wave
+from .term import Term
+from .waves import ORDER, nearest_order, over_turn, parts, wave
 
 
 def starts(evidence: Evidence) -> list[Start]:
@@ -48,23 +46,15 @@ _ONCE = 0.1  # an order this near to 1 is once per turn
 
 def term(along: Along, order: float) -> Term:
     """A sine of a rigid drive's position."""
-    units, turn = along.units, along.turn
-    phase_rad = order * turn.angle
-    return Term(
+    units = along.units
+    return over_turn(
+        along,
+        order,
+        "amplitude",
+        (units.level("amplitude"), units.effort),
         effect="cogging_torque",
         key=f"cogging {order:.9g}",
-        columns=quadratures(phase_rad),
-        parameters=lambda c: (
-            (units.level("amplitude"), units.effort, size(c)),
-            *order_parameters(along, order),
-        ),
-        values=lambda c: polar("amplitude", c) | {"wave": order * turn.rate},
-        low=(-np.inf, -np.inf),
-        fixed={turn.name: shown(along, order)},
-        alternatives=_once(order, turn.name),
-        extent=extent(along, order),
-        rate=order,
-        phase=phase_rad,
+        alternatives=_once(order, along.turn.name),
     )
 
 
@@ -76,27 +66,14 @@ def _once(order: float, name: str) -> tuple[str, ...]:
     return ("encoder_eccentricity",) if screw else ("encoder_eccentricity", "gravity_on_arm")
 
 
-def _candidates(along: Along, left: Left) -> list[Term]:
-    return [term(along, order) for order in left.orders()]
-
-
-def _like(along: Along, left: Left, other: Term) -> Term | None:
-    order = left.nearest(other, False) if other.over_time else other.rate
-    return term(along, order) if order > 0.0 else None
-
-
-def _asked(along: Along, values: Values, effort: FloatArray) -> FloatArray:
-    columns = term(along, values["wave"] / along.turn.rate).columns
-    made: FloatArray = parts(values["amplitude"], values["phase"]) @ columns
-    return made
-
-
 RIGID = RigidForm(
     stems=(Stem("amplitude", "level", 0.0, HUGE, "peak"), *ORDER),
-    candidates=_candidates,
-    asked=_asked,
+    term=term,
+    tried=lambda along, left: [(order,) for order in left.orders(None)],
+    shape=lambda along, values, effort: (values["wave"] / along.turn.rate,),
+    coefficients=lambda values: parts(values["amplitude"], values["phase"]),
     several=True,
-    like=_like,
+    like=lambda along, left, other: nearest_order(left, other),
     twins=("torque_ripple", "periodic_disturbance"),
 )
 

@@ -8,12 +8,11 @@ from dataclasses import replace
 import numpy as np
 
 from ..drive.compiled import kernel
-from ..drive.rigid.model import Model
 from .along import Along
 from .effect import Effect, Evidence, Quantity, Start
-from .rigid_form import HUGE, RigidForm, Stem, Values, added
+from .rigid_form import HUGE, RigidForm, Stem, added
 from .starts import direction, regress
-from .term import Left, Term
+from .term import Term
 
 
 def starts(evidence: Evidence) -> list[Start]:
@@ -48,9 +47,7 @@ EFFECT = Effect(
 def term(along: Along) -> Term:
     """A constant effort; where the motion goes one way only, friction looks the same."""
     units = along.units
-    others: tuple[str, ...] = ("current_sensor_offset",)
-    if not along.both_ways:
-        others = (f"{along.side}_coulomb_friction", *others)
+    rubs = () if along.both_ways else (f"{along.side}_coulomb_friction",)
     return Term(
         effect="constant_load",
         key="constant",
@@ -58,23 +55,15 @@ def term(along: Along) -> Term:
         parameters=lambda c: ((units.load, units.effort, float(c[0])),),
         values=lambda c: {"load": float(c[0])},
         low=(-math.inf,),
-        alternatives=others,
+        alternatives=(*rubs, "current_sensor_offset"),
         mean=True,
     )
 
 
-def _candidates(along: Along, left: Left) -> list[Term]:
-    return [term(along)]
-
-
-def _modify(model: Model, values: Values) -> Model:
-    return replace(model, constant=model.constant + values["load"])
-
-
 RIGID = RigidForm(
     stems=(Stem("load", "load", -HUGE, HUGE, "positive against positive motion"),),
-    candidates=_candidates,
-    modify=_modify,
+    term=term,
+    modify=lambda model, values: replace(model, constant=model.constant + values["load"]),
     constant=("load.constant_load",) * 2,
     on_top=True,
     merged=added,

@@ -9,13 +9,13 @@ import numpy as np
 
 from ..drive.compiled import kernel
 from ..drive.parameters import DriveParameters
-from ..drive.rigid.model import Model
+from ..drive.rigid.model import plus
 from . import constant_load, load_coulomb_friction, load_viscous_friction
 from .along import Along
 from .effect import Effect, Evidence, Quantity, Start, bristle, put_bristle
-from .rigid_form import RigidForm, Values, added, level, per_speed
+from .rigid_form import RigidForm, added, level, per_speed
 from .starts import direction, regress
-from .term import Fitted, Left, Term
+from .term import Fitted, Term
 
 
 def starts(evidence: Evidence) -> list[Start]:
@@ -114,19 +114,6 @@ def term(along: Along) -> Term:
     )
 
 
-def _candidates(along: Along, left: Left) -> list[Term]:
-    return [term(along)] if along.both_ways else []
-
-
-def _modify(model: Model, values: Values) -> Model:
-    viscous, coulomb = model.viscous, model.coulomb
-    return replace(
-        model,
-        viscous=(viscous[0] + values["viscous_positive"], viscous[1] + values["viscous_negative"]),
-        coulomb=(coulomb[0] + values["coulomb_positive"], coulomb[1] + values["coulomb_negative"]),
-    )
-
-
 def _gives_way(along: Along, held: bool) -> list[list[Term]]:
     """Friction of one level and a constant load; alone, neither would have been enough."""
     pair = [load_coulomb_friction.term(along)]
@@ -150,8 +137,13 @@ def _void(fitted: Fitted) -> str:
 
 RIGID = RigidForm(
     stems=_STEMS,
-    candidates=_candidates,
-    modify=_modify,
+    term=term,
+    tried=lambda along, left: [()] if along.both_ways else [],
+    modify=lambda model, values: replace(
+        model,
+        viscous=plus(model.viscous, values["viscous_positive"], values["viscous_negative"]),
+        coulomb=plus(model.coulomb, values["coulomb_positive"], values["coulomb_negative"]),
+    ),
     gives_way=_gives_way,
     void=_void,
     merged=added,

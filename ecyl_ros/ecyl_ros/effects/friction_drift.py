@@ -11,9 +11,9 @@ from ..drive.compiled import kernel
 from ..drive.parameters import DriveParameters
 from .along import Along
 from .effect import Effect, Evidence, FloatArray, Quantity, Start, bristle, put_bristle
-from .rigid_form import HUGE, RigidForm, Stem, Values, level
+from .rigid_form import HUGE, RigidForm, Stem, level
 from .starts import direction, regress
-from .term import Fitted, Left, Parameters, Term, at_bound, holds_nothing
+from .term import Parameters, Term, at_bound, holds_nothing
 
 
 def starts(evidence: Evidence) -> list[Start]:
@@ -79,28 +79,15 @@ def term(along: Along) -> Term:
     )
 
 
-def _candidates(along: Along, left: Left) -> list[Term]:
-    return [term(along)] if along.both_ways else []
-
-
-def _asked(along: Along, values: Values, effort: FloatArray) -> FloatArray:
-    parts = np.array([values["coulomb"], values["coulomb"] * values["rate"]])
-    made: FloatArray = parts @ term(along).columns
-    return made
-
-
-def _void(fitted: Fitted) -> str:
-    return at_bound(fitted) or holds_nothing(fitted.spans[1])
-
-
 RIGID = RigidForm(
     stems=(
         level("coulomb", "level at the first sample"),
         Stem("rate", "rate", -HUGE, HUGE, "change of the level over it"),
     ),
-    candidates=_candidates,
-    asked=_asked,
-    void=_void,
+    term=term,
+    tried=lambda along, left: [()] if along.both_ways else [],
+    coefficients=lambda values: (values["coulomb"], values["coulomb"] * values["rate"]),
+    void=lambda fitted: at_bound(fitted) or holds_nothing(fitted.spans[1]),
 )
 
 

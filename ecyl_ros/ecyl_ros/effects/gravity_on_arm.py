@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import math
-
 from ..drive.compiled import kernel
 from .along import Along
-from .effect import Effect, FloatArray
-from .rigid_form import HUGE, RigidForm, Stem, Values
-from .term import Left, Term
-from .waves import parts, phase_stem, polar, quadratures, size, wave
+from .effect import Effect
+from .rigid_form import HUGE, RigidForm, Stem
+from .term import Term
+from .waves import parts, phase_stem, sine, wave
 
 EFFECT = Effect(
     name="gravity_on_arm",
@@ -25,32 +23,22 @@ EFFECT = Effect(
 
 def term(along: Along) -> Term:
     """A sine of the angle, once per turn."""
-    units = along.units
-    return Term(
+    return sine(
+        along.motion.position,
+        "amplitude",
+        (along.units.level("amplitude"), along.units.effort),
         effect="gravity_on_arm",
         key="gravity",
-        columns=quadratures(along.motion.position),
-        parameters=lambda c: ((units.level("amplitude"), units.effort, size(c)),),
-        values=lambda c: polar("amplitude", c),
-        low=(-math.inf, -math.inf),
         refines=("constant_load", "spring_load"),
         mean=True,
     )
 
 
-def _candidates(along: Along, left: Left) -> list[Term]:
-    return [] if along.machine.linear or along.turns else [term(along)]
-
-
-def _asked(along: Along, values: Values, effort: FloatArray) -> FloatArray:
-    made: FloatArray = parts(values["amplitude"], values["phase"]) @ term(along).columns
-    return made
-
-
 RIGID = RigidForm(
     stems=(Stem("amplitude", "level", 0.0, HUGE, "weight of an arm"), phase_stem("angle 0")),
-    candidates=_candidates,
-    asked=_asked,
+    term=term,
+    tried=lambda along, left: [] if along.machine.linear or along.turns else [()],
+    coefficients=lambda values: parts(values["amplitude"], values["phase"]),
     twins=("spring_load",),
 )
 

@@ -9,12 +9,12 @@ import numpy as np
 
 from ..drive.compiled import kernel
 from ..drive.parameters import DriveParameters
-from ..drive.rigid.model import Model
+from ..drive.rigid.model import plus
 from .along import Along
 from .effect import Effect, Evidence, Quantity, Start, bristle, put_bristle
-from .rigid_form import RigidForm, Values, added, level
+from .rigid_form import RigidForm, added, level
 from .starts import direction, regress
-from .term import Left, Term
+from .term import Term
 
 
 def starts(evidence: Evidence) -> list[Start]:
@@ -63,20 +63,11 @@ def term(along: Along) -> Term:
     )
 
 
-def _candidates(along: Along, left: Left) -> list[Term]:
-    return [term(along)]
-
-
-def _modify(model: Model, values: Values) -> Model:
-    forwards, backwards = model.coulomb
-    return replace(model, coulomb=(forwards + values["coulomb"], backwards + values["coulomb"]))
-
-
 RIGID = RigidForm(
     outputs=("linear",),
     stems=(level("coulomb", "friction level"),),
-    candidates=_candidates,
-    modify=_modify,
+    term=term,
+    modify=lambda model, values: replace(model, coulomb=plus(model.coulomb, values["coulomb"])),
     constant=("load.coulomb_friction",) * 2,
     on_top=True,
     merged=added,

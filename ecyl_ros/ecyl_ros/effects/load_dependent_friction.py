@@ -10,10 +10,10 @@ from ..drive.compiled import kernel
 from ..drive.parameters import DriveParameters
 from ..drive.rigid.model import Model
 from .along import Along
-from .effect import Effect, Evidence, FloatArray, Quantity, Start, bristle, put_bristle
+from .effect import Effect, Evidence, Quantity, Start, bristle, put_bristle
 from .rigid_form import HUGE, RigidForm, Stem, Values, added
 from .starts import direction, regress
-from .term import Left, Term
+from .term import Term
 
 
 def starts(evidence: Evidence) -> list[Start]:
@@ -72,23 +72,10 @@ def term(along: Along, shared: bool) -> Term:
     )
 
 
-def _candidates(along: Along, left: Left) -> list[Term]:
-    return [term(along, along.known_inertia)] if along.both_ways else []
-
-
-def _asked(along: Along, values: Values, effort: FloatArray) -> FloatArray:
-    made: FloatArray = np.array(list(values.values())) @ term(along, "share" in values).columns
-    return made
-
-
 def _packed(values: Values, model: Model) -> tuple[float, ...]:
     if "inertia" in values:
         return values["inertia"], 1.0, 0.0
     return values["share"], model.keys.inertia or (model.inertia or 0.0), model.keys.constant
-
-
-def _merged(old: Values, new: Values, along: Along) -> Values | None:
-    return added(old, new, along) if new.keys() == old.keys() else None
 
 
 RIGID = RigidForm(
@@ -96,10 +83,12 @@ RIGID = RigidForm(
         Stem("share", "coefficient", 0.0, 10.0, "level over the nominal load carried", either=True),
         Stem("inertia", "inertia", 0.0, HUGE, "level over the acceleration", either=True),
     ),
-    candidates=_candidates,
-    asked=_asked,
+    term=term,
+    tried=lambda along, left: [(along.known_inertia,)] if along.both_ways else [],
+    shape=lambda along, values, effort: ("share" in values,),
+    coefficients=lambda values: tuple(values.values()),
     packed=_packed,
-    merged=_merged,
+    merged=lambda old, new, along: added(old, new, along) if new.keys() == old.keys() else None,
 )
 
 

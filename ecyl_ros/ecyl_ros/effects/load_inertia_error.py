@@ -8,12 +8,11 @@ from dataclasses import replace
 import numpy as np
 
 from ..drive.parameters import DriveParameters
-from ..drive.rigid.model import Model
 from .along import Along
 from .effect import Effect, Quantity
-from .rigid_form import HUGE, RigidForm, Stem, Values
+from .rigid_form import HUGE, RigidForm, Stem
 from .starts import multiples
-from .term import Fitted, Left, Term, holds_nominal
+from .term import Fitted, Term, holds_nominal
 
 
 def modify(record: np.ndarray, values: Mapping[str, float], drive: DriveParameters) -> None:
@@ -63,14 +62,6 @@ def term(along: Along) -> Term:
     )
 
 
-def _candidates(along: Along, left: Left) -> list[Term]:
-    return [term(along)] if along.known_inertia else []
-
-
-def _modify(model: Model, values: Values) -> Model:
-    return replace(model, inertia=(model.inertia or 0.0) + values["inertia"] - model.keys.inertia)
-
-
 def _void(fitted: Fitted) -> str:
     span = fitted.spans[0]
     if span.low <= 0.0:
@@ -78,16 +69,17 @@ def _void(fitted: Fitted) -> str:
     return holds_nominal(span, fitted.along.model.inertia or 0.0)
 
 
-def _merged(old: Values, new: Values, along: Along) -> Values:
-    return {"inertia": old.get("inertia", along.model.keys.inertia) + new["inertia"]}
-
-
 RIGID = RigidForm(
     outputs=("linear",),
     stems=(Stem("inertia", "inertia", 1e-12, HUGE, "all that moves, in place of the nominal one"),),
-    candidates=_candidates,
-    modify=_modify,
+    term=term,
+    tried=lambda along, left: [()] if along.known_inertia else [],
+    modify=lambda model, values: replace(
+        model, inertia=(model.inertia or 0.0) + values["inertia"] - model.keys.inertia
+    ),
     constant=("load.mass", "load.inertia"),
     void=_void,
-    merged=_merged,
+    merged=lambda old, new, along: {
+        "inertia": old.get("inertia", along.model.keys.inertia) + new["inertia"]
+    },
 )

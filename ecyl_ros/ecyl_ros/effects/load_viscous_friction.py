@@ -8,13 +8,13 @@ from dataclasses import replace
 import numpy as np
 
 from ..drive.parameters import DriveParameters
-from ..drive.rigid.model import Model
+from ..drive.rigid.model import plus
 from . import constant_load, load_coulomb_friction
 from .along import Along
 from .effect import Effect, Evidence, Quantity, Start
-from .rigid_form import RigidForm, Values, added, per_speed
+from .rigid_form import RigidForm, added, per_speed
 from .starts import regress
-from .term import Fitted, Left, Term, at_bound, holds_nothing
+from .term import Fitted, Term, at_bound, plain
 
 
 def modify(record: np.ndarray, values: Mapping[str, float], drive: DriveParameters) -> None:
@@ -69,31 +69,18 @@ def term(along: Along) -> Term:
     )
 
 
-def _candidates(along: Along, left: Left) -> list[Term]:
-    return [term(along)]
-
-
-def _modify(model: Model, values: Values) -> Model:
-    forwards, backwards = model.viscous
-    return replace(model, viscous=(forwards + values["viscous"], backwards + values["viscous"]))
-
-
-def _inflated(fitted: Fitted) -> str:
-    level = [load_coulomb_friction.term(fitted.along), constant_load.term(fitted.along)]
-    if fitted.inflation(level) > _INFLATED:
-        return "the speed varies too little to tell it from friction of one level or a constant"
-    return ""
-
-
 def _void(fitted: Fitted) -> str:
-    return at_bound(fitted) or _inflated(fitted) or holds_nothing(fitted.spans[0])
+    level = [load_coulomb_friction.term(fitted.along), constant_load.term(fitted.along)]
+    if not at_bound(fitted) and fitted.inflation(level) > _INFLATED:
+        return "the speed varies too little to tell it from friction of one level or a constant"
+    return plain(fitted)
 
 
 RIGID = RigidForm(
     outputs=("linear",),
     stems=(per_speed("viscous", "friction in proportion to speed"),),
-    candidates=_candidates,
-    modify=_modify,
+    term=term,
+    modify=lambda model, values: replace(model, viscous=plus(model.viscous, values["viscous"])),
     constant=("load.viscous_friction",) * 2,
     on_top=True,
     void=_void,

@@ -10,10 +10,10 @@ import numpy as np
 from ..drive.compiled import kernel
 from ..drive.parameters import DriveParameters
 from .along import Along
-from .effect import Effect, Evidence, FloatArray, Quantity, Start, bristle, put_bristle
-from .rigid_form import RigidForm, Stem, Values, level
+from .effect import Effect, Evidence, Quantity, Start, bristle, put_bristle
+from .rigid_form import RigidForm, Stem, level
 from .starts import direction
-from .term import Left, Term
+from .term import Term
 
 
 def starts(evidence: Evidence) -> list[Start]:
@@ -111,25 +111,16 @@ def term(along: Along, middle: float, width: float) -> Term:
     )
 
 
-def _candidates(along: Along, left: Left) -> list[Term]:
-    middle, width = left.window()
-    return [term(along, middle, width)] if width > 0.0 else []
-
-
-def _asked(along: Along, values: Values, effort: FloatArray) -> FloatArray:
-    columns = term(along, values["position"], values["width"]).columns
-    made: FloatArray = np.array([values["coulomb"]]) @ columns
-    return made
-
-
 RIGID = RigidForm(
     stems=(
         level("coulomb", "drag against the motion"),
         Stem("position", "position", -1e6, 1e6, "middle of the part"),
         Stem("width", "position", 1e-9, 1e6, "length of the part"),
     ),
-    candidates=_candidates,
-    asked=_asked,
+    term=term,
+    tried=lambda along, left: [found] if (found := left.window())[1] > 0.0 else [],
+    shape=lambda along, values, effort: (values["position"], values["width"]),
+    coefficients=lambda values: (values["coulomb"],),
 )
 
 

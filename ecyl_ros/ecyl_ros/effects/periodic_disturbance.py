@@ -8,11 +8,11 @@ import numpy as np
 
 from ..drive.compiled import kernel
 from .along import Along
-from .effect import Effect, Evidence, FloatArray, Quantity, Start, phase
-from .rigid_form import HUGE, RigidForm, Stem, Values
+from .effect import Effect, Evidence, Quantity, Start, phase
+from .rigid_form import HUGE, RigidForm, Stem
 from .starts import strongest
-from .term import Left, Term
-from .waves import parts, phase_stem, polar, quadratures, size, wave
+from .term import Term
+from .waves import parts, phase_stem, sine, wave
 
 
 def starts(evidence: Evidence) -> list[Start]:
@@ -56,38 +56,18 @@ EFFECT = Effect(
 def term(along: Along, frequency_hz: float) -> Term:
     """A sine of time on a rigid drive."""
     units, time_s = along.units, along.motion.time_s
-    phase_rad = math.tau * frequency_hz * time_s
-    return Term(
+    return sine(
+        math.tau * frequency_hz * time_s,
+        "amplitude",
+        (units.level("amplitude"), units.effort),
+        found=(("frequency_hz", "Hz", frequency_hz),),
+        stems={"frequency": frequency_hz},
         effect="periodic_disturbance",
         key=f"disturbance {frequency_hz:.9g}",
-        columns=quadratures(phase_rad),
-        parameters=lambda c: (
-            (units.level("amplitude"), units.effort, size(c)),
-            ("frequency_hz", "Hz", frequency_hz),
-        ),
-        values=lambda c: polar("amplitude", c) | {"frequency": frequency_hz},
-        low=(-math.inf, -math.inf),
-        fixed={"frequency_hz": frequency_hz},
         extent=float(np.ptp(time_s[along.motion.usable])),
         rate=frequency_hz,
-        phase=phase_rad,
         over_time=True,
     )
-
-
-def _candidates(along: Along, left: Left) -> list[Term]:
-    return [term(along, frequency_hz) for frequency_hz in left.lines()]
-
-
-def _like(along: Along, left: Left, other: Term) -> Term | None:
-    frequency_hz = left.nearest(other, True)
-    return term(along, frequency_hz) if frequency_hz > 0.0 else None
-
-
-def _asked(along: Along, values: Values, effort: FloatArray) -> FloatArray:
-    columns = term(along, values["frequency"]).columns
-    made: FloatArray = parts(values["amplitude"], values["phase"]) @ columns
-    return made
 
 
 RIGID = RigidForm(
@@ -96,10 +76,12 @@ RIGID = RigidForm(
         Stem("frequency", "frequency", 1e-4, 1e6, "its frequency"),
         phase_stem("the first sample"),
     ),
-    candidates=_candidates,
-    asked=_asked,
+    term=term,
+    tried=lambda along, left: [(frequency_hz,) for frequency_hz in left.lines()],
+    shape=lambda along, values, effort: (values["frequency"],),
+    coefficients=lambda values: parts(values["amplitude"], values["phase"]),
     several=True,
-    like=_like,
+    like=lambda along, left, other: (left.nearest(other, True),),
     twins=("cogging_torque",),
 )
 

@@ -9,7 +9,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
+
+import numpy as np
 
 from ..drive.rigid.model import Model
 from .along import Along
@@ -47,11 +49,7 @@ def per_speed(name: str, meaning: str) -> Stem:
 
 
 Values = Mapping[str, float]
-
-
-def beside(old: Values, new: Values, along: Along) -> Values | None:
-    """Two of an effect stand beside each other."""
-    return None
+Shape = tuple[Any, ...]  # of a term: what it takes beside the motion (an order, a Stribeck speed)
 
 
 def added(old: Values, new: Values, along: Along) -> Values | None:
@@ -66,14 +64,15 @@ class RigidForm:
     Attributes:
         outputs: of drives that have it.
         stems: its values.
-        candidates: terms to try, beside what a set of terms leaves.
-        modify: the model with an effect of these values. asked: or else what these values ask for
-            along a motion beside an effort, both float64[n].
+        term: what it asks along a motion, of a shape. tried: shapes to try beside what a set of
+            terms leaves.
+        modify: the model with an effect of these values.
+        coefficients: or else those of its term; shape: of that, beside an effort of float64[n].
         of_effort: what is asked for is in proportion to the whole effort, itself included.
         packed: what its kernel takes; the values in the order of the stems unless given.
         ratio: effort by the file's gain over effort by that of these values; gain.
         several: may act more than once, of several orders or frequencies.
-        like: the term of this effect that comes closest to another's.
+        like: shape in which it comes closest to another's term; 0 first where it cannot.
         twins: effects that it may look like where speed, or effort, hardly varies.
         gives_way: simpler sets in the place of its term; with a constant, unless others hold one.
         constant: keys (linear, rotary) of the constant that it gives another value. on_top: its
@@ -85,17 +84,26 @@ class RigidForm:
 
     outputs: tuple[str, ...] = ("linear", "rotary")
     stems: tuple[Stem, ...]
-    candidates: Callable[[Along, Left], Sequence[Term]]
+    term: Callable[..., Term]
+    tried: Callable[[Along, Left], Sequence[Shape]] = lambda along, left: [()]
     modify: Callable[[Model, Values], Model] | None = None
-    asked: Callable[[Along, Values, FloatArray], FloatArray] | None = None
+    coefficients: Callable[[Values], Sequence[float]] | None = None
+    shape: Callable[[Along, Values, FloatArray], Shape] = lambda along, values, effort: ()
     of_effort: bool = False
     packed: Callable[[Values, Model], Sequence[float]] | None = None
     ratio: Callable[[Values, float], float] | None = None
     several: bool = False
-    like: Callable[[Along, Left, Term], Term | None] | None = None
+    like: Callable[[Along, Left, Term], Shape] | None = None
     twins: tuple[str, ...] = ()
     gives_way: Callable[[Along, bool], Sequence[Sequence[Term]]] | None = None
     constant: tuple[str, str] = ("", "")
     on_top: bool = False
     void: Callable[[Fitted], str] = plain
-    merged: Callable[[Values, Values, Along], Values | None] = beside
+    merged: Callable[[Values, Values, Along], Values | None] = lambda old, new, along: None
+
+    def asked(self, along: Along, values: Values, effort: FloatArray) -> FloatArray:
+        """What these values ask for along a motion beside an effort, both float64[n]."""
+        assert self.coefficients is not None
+        columns = self.term(along, *self.shape(along, values, effort)).columns
+        made: FloatArray = np.array(self.coefficients(values)) @ columns
+        return made

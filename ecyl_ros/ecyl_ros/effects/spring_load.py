@@ -8,12 +8,11 @@ from dataclasses import replace
 import numpy as np
 
 from ..drive.compiled import kernel
-from ..drive.rigid.model import Model
 from .along import Along
 from .effect import Effect, Evidence, Quantity, Start
-from .rigid_form import HUGE, RigidForm, Stem, Values
+from .rigid_form import HUGE, RigidForm, Stem
 from .starts import regress
-from .term import Left, Term
+from .term import Term
 
 
 def starts(evidence: Evidence) -> list[Start]:
@@ -38,40 +37,26 @@ EFFECT = Effect(
 )
 
 
-def term(along: Along) -> Term:
-    """An effort in proportion to position; its rest position goes into a constant."""
+def term(along: Along, slope: bool = False) -> Term:
+    """An effort in proportion to position; its rest position goes into a constant.
+
+    slope: of either sign, as a weight is over a small travel.
+    """
     units, position = along.units, along.motion.position
     name, unit = units.per_position("stiffness"), f"{units.effort}/{units.end}"
     middle = float(np.median(position[along.motion.usable]))
     return Term(
         effect="spring_load",
-        key="spring",
+        key="slope" if slope else "spring",
         columns=np.stack([position - middle, along.one]),
         parameters=lambda c: ((name, unit, float(c[0])),),
         values=lambda c: {
             "stiffness": float(c[0]),
             "rest": middle - float(c[1] / c[0]) if c[0] else 0.0,
         },
-        low=(-along.model.stiffness, -math.inf),
+        low=(-math.inf if slope else -along.model.stiffness, -math.inf),
         refines=("constant_load",),
         mean=True,
-    )
-
-
-def _candidates(along: Along, left: Left) -> list[Term]:
-    return [term(along)]
-
-
-def _like(along: Along, left: Left, other: Term) -> Term:
-    """Over a small travel a weight is a slope, which may fall as well as rise."""
-    return replace(term(along), key="slope", low=(-math.inf,) * 2)
-
-
-def _modify(model: Model, values: Values) -> Model:
-    return replace(
-        model,
-        stiffness=model.stiffness + values["stiffness"],
-        constant=model.constant - values["stiffness"] * values["rest"],
     )
 
 
@@ -80,9 +65,13 @@ RIGID = RigidForm(
         Stem("stiffness", "per_position", -HUGE, HUGE, "spring rate"),
         Stem("rest", "position", -HUGE, HUGE, "where it is slack", default=0.0),
     ),
-    candidates=_candidates,
-    modify=_modify,
-    like=_like,
+    term=term,
+    modify=lambda model, values: replace(
+        model,
+        stiffness=model.stiffness + values["stiffness"],
+        constant=model.constant - values["stiffness"] * values["rest"],
+    ),
+    like=lambda along, left, other: (True,),
     constant=("load.stiffness",) * 2,
     on_top=True,
 )

@@ -9,8 +9,8 @@ import numpy as np
 from ..drive.compiled import kernel, over_arrays
 from ..drive.parameters import DriveParameters
 from .along import Along
-from .effect import Effect, Evidence, FloatArray, Quantity, Start, bristle, put_bristle
-from .rigid_form import RigidForm, Stem, Values, level
+from .effect import Effect, Evidence, Quantity, Start, bristle, put_bristle
+from .rigid_form import RigidForm, Stem, level
 from .starts import direction, regress
 from .term import Fitted, Left, Term, at_bound
 
@@ -97,17 +97,11 @@ def term(along: Along, stribeck: float) -> Term:
     )
 
 
-def _candidates(along: Along, left: Left) -> list[Term]:
+def _tried(along: Along, left: Left) -> list[tuple[float]]:
     low, high = 5.0 * along.soft, 0.5 * along.top_speed
     if not along.both_ways or not high > 2.0 * low:
         return []
-    return [term(along, speed) for speed in np.geomspace(low, high, _SPEEDS).tolist()]
-
-
-def _asked(along: Along, values: Values, effort: FloatArray) -> FloatArray:
-    parts = np.array([values["coulomb"], values["static"] - values["coulomb"]])
-    made: FloatArray = parts @ term(along, values["stribeck"]).columns
-    return made
+    return [(speed,) for speed in np.geomspace(low, high, _SPEEDS).tolist()]
 
 
 def _void(fitted: Fitted) -> str:
@@ -123,8 +117,10 @@ RIGID = RigidForm(
         level("static", "level at rest"),
         Stem("stribeck", "speed", 1e-9, 1e6, "at which the surplus has fallen to 1/e"),
     ),
-    candidates=_candidates,
-    asked=_asked,
+    term=term,
+    tried=_tried,
+    shape=lambda along, values, effort: (values["stribeck"],),
+    coefficients=lambda values: (values["coulomb"], values["static"] - values["coulomb"]),
     void=_void,
 )
 

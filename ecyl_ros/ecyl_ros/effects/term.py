@@ -13,7 +13,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 import numpy as np
 
@@ -92,53 +92,43 @@ class Term:
         return (*self.refines, *self.holds)
 
 
-class Left(Protocol):
-    """What a set of terms leaves of the effort, and what can be found in it."""
+@dataclass(frozen=True, eq=False)
+class Left:
+    """What a set of terms leaves of the effort, and what can be found in it.
 
-    @property
-    def explained(self) -> FloatArray:
-        """Effort that the set and the nominal model explain, float64[n]."""
+    Attributes:
+        explained: effort that the set and the nominal model explain, float64[n].
+        orders: strongest orders over the turn, per rad of it, best first; as shares of an effort,
+            float64[n], where one is given.
+        lines: Hz of the strongest lines over time that are not the motion's own, best first.
+        window: middle and width of the part of the travel that drags most; width 0: none does.
+        nearest: order, or (over time) Hz, of the sine that comes closest to a periodic term; 0
+            where none can.
+    """
 
-    def orders(self, effort: FloatArray | None = None) -> Sequence[float]:
-        """Strongest orders over the turn; as shares of an effort, float64[n], where one is given.
-
-        Per rad of the turn, best first.
-        """
-
-    def lines(self) -> Sequence[float]:
-        """Hz of the strongest lines over time that are not the motion's own, best first."""
-
-    def window(self) -> tuple[float, float]:
-        """Middle and width of the part of the travel that drags most; width 0 where none does."""
-
-    def nearest(self, term: Term, over_time: bool) -> float:
-        """Hz, or order, of the sine that comes closest to a periodic term; 0 where none can."""
+    explained: FloatArray
+    orders: Callable[[FloatArray | None], Sequence[float]]
+    lines: Callable[[], Sequence[float]]
+    window: Callable[[], tuple[float, float]]
+    nearest: Callable[[Term, bool], float]
 
 
-class Fitted(Protocol):
-    """A term as it was fitted."""
+@dataclass(frozen=True, eq=False)
+class Fitted:
+    """A term as it was fitted.
 
-    @property
-    def along(self) -> Along:
-        """Motion and nominal machine."""
+    Attributes:
+        values: its coefficients, float64[k]. spans: its parameters.
+        covariance: of its coefficients, float64[k, k].
+        inflation: variance inflation of its first column by terms, in the set or not.
+    """
 
-    @property
-    def term(self) -> Term:
-        """What was fitted."""
-
-    @property
-    def values(self) -> FloatArray:
-        """Its coefficients, float64[k]."""
-
-    @property
-    def spans(self) -> Sequence[Interval]:
-        """Its parameters."""
-
-    def covariance(self) -> FloatArray:
-        """Of its coefficients, float64[k, k]."""
-
-    def inflation(self, by: Sequence[Term]) -> float:
-        """Variance inflation of its first column by terms, in the set or not."""
+    along: Along
+    term: Term
+    values: FloatArray
+    spans: Sequence[Interval]
+    covariance: Callable[[], FloatArray]
+    inflation: Callable[[Sequence[Term]], float]
 
 
 # Why a fitted term is no cause; empty where nothing speaks against it.

@@ -7,12 +7,11 @@ from collections.abc import Mapping
 import numpy as np
 
 from ..drive.parameters import DriveParameters
-from ..drive.rigid.model import Model
 from .along import Along
 from .effect import Effect, Quantity
 from .rigid_form import HUGE, RigidForm, Stem, Values
 from .starts import multiples
-from .term import Fitted, Left, Term, holds_nominal
+from .term import Term, holds_nominal
 
 
 def modify(record: np.ndarray, values: Mapping[str, float], drive: DriveParameters) -> None:
@@ -61,23 +60,6 @@ def term(along: Along) -> Term:
     )
 
 
-def _candidates(along: Along, left: Left) -> list[Term]:
-    known = along.machine.gain not in (None, 1.0) and along.known_inertia
-    return [term(along)] if known else []
-
-
-def _ratio(values: Values, gain: float) -> float:
-    return gain / next(iter(values.values()))
-
-
-def _modify(model: Model, values: Values) -> Model:
-    return model  # by its ratio
-
-
-def _void(fitted: Fitted) -> str:
-    return holds_nominal(fitted.spans[0], fitted.along.machine.gain or 1.0)
-
-
 def _merged(old: Values, new: Values, along: Along) -> Values:
     stem = "per_volt" if along.machine.actuation == "voltage" else "per_ampere"
     return {stem: (along.machine.gain or 1.0) / (along.model.ratio + new["ratio"])}
@@ -88,10 +70,13 @@ RIGID = RigidForm(
         Stem("per_ampere", "gain", 1e-9, HUGE, "true one", either=True),
         Stem("per_volt", "gain", 1e-9, HUGE, "true one", either=True),
     ),
-    candidates=_candidates,
-    modify=_modify,
-    ratio=_ratio,
+    term=term,
+    tried=lambda along, left: (
+        [()] if along.machine.gain not in (None, 1.0) and along.known_inertia else []
+    ),
+    modify=lambda model, values: model,  # by its ratio
+    ratio=lambda values, gain: gain / next(iter(values.values())),
     constant=("actuation.gain",) * 2,
-    void=_void,
+    void=lambda fitted: holds_nominal(fitted.spans[0], fitted.along.machine.gain or 1.0),
     merged=_merged,
 )

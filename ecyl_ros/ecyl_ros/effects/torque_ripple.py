@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-import numpy as np
+from dataclasses import replace
 
 from ..drive.compiled import kernel
 from .along import Along
 from .effect import Effect, Evidence, FloatArray, Quantity, Start, phase
-from .rigid_form import RigidForm, Stem, Values
+from .rigid_form import RigidForm, Stem
 from .starts import angular_orders, strongest
-from .term import Left, Term
-from .waves import ORDER, extent, order_parameters, parts, polar, quadratures, shown, size, wave
+from .term import Term
+from .waves import ORDER, nearest_order, over_turn, parts, wave
 
 
 def starts(evidence: Evidence) -> list[Start]:
@@ -50,46 +50,28 @@ def term(along: Along, order: float, effort: FloatArray) -> Term:
 
     Not what was measured, which holds what is to be explained.
     """
-    turn = along.turn
-    phase_rad = order * turn.angle
-    return Term(
+    share = over_turn(
+        along,
+        order,
+        "fraction",
+        ("fraction", "1"),
         effect="torque_ripple",
         key=f"ripple {order:.9g}",
-        columns=effort * quadratures(phase_rad),
-        parameters=lambda c: (("fraction", "1", size(c)), *order_parameters(along, order)),
-        values=lambda c: polar("fraction", c) | {"wave": order * turn.rate},
-        low=(-np.inf, -np.inf),
-        fixed={turn.name: shown(along, order)},
-        extent=extent(along, order),
-        rate=order,
-        phase=phase_rad,
         follows=True,
         again=lambda explained: term(along, order, explained),
     )
-
-
-def _candidates(along: Along, left: Left) -> list[Term]:
-    return [term(along, order, left.explained) for order in left.orders(left.explained)]
-
-
-def _like(along: Along, left: Left, other: Term) -> Term | None:
-    order = left.nearest(other, False) if other.over_time else other.rate
-    return term(along, order, left.explained) if order > 0.0 else None
-
-
-def _asked(along: Along, values: Values, effort: FloatArray) -> FloatArray:
-    columns = term(along, values["wave"] / along.turn.rate, effort).columns
-    made: FloatArray = parts(values["fraction"], values["phase"]) @ columns
-    return made
+    return replace(share, columns=effort * share.columns)
 
 
 RIGID = RigidForm(
     stems=(Stem("fraction", "share", 0.0, 1.0, "peak share of effort"), *ORDER),
-    candidates=_candidates,
-    asked=_asked,
+    term=term,
+    tried=lambda along, left: [(order, left.explained) for order in left.orders(left.explained)],
+    shape=lambda along, values, effort: (values["wave"] / along.turn.rate, effort),
+    coefficients=lambda values: parts(values["fraction"], values["phase"]),
     of_effort=True,
     several=True,
-    like=_like,
+    like=lambda along, left, other: (*nearest_order(left, other), left.explained),
     twins=("cogging_torque", "periodic_disturbance"),
 )
 

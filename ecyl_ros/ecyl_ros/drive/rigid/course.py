@@ -1,8 +1,8 @@
-"""What a measured motion offers to those that play a machine along it, or weigh it."""
+"""What those that play a machine along a measured motion, or weigh it, know of that motion."""
 
 from __future__ import annotations
 
-from typing import Protocol
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,53 +11,29 @@ FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
 
-class Course(Protocol):
-    """A measured motion on an even grid; float64[n] in SI of the output, NaN where unknown."""
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Course:
+    """A measured motion on an even grid; float64[n] in SI of the output, NaN where unknown.
 
-    @property
-    def time_s(self) -> FloatArray:
-        """From the first sample, s."""
+    Attributes:
+        time_s: from the first sample, at `rate_hz`.
+        position, velocity, acceleration: low-passed without phase.
+        raw_position: as recorded (bridged over short gaps).
+        recorded_velocity, reference_position, reference_velocity: NaN where not recorded.
+        effort: in the unit that the machine's effects are counted in; NaN where there is none.
+        usable: bool[n], where the motion is known.
+        speed_noise: standard deviation of the noise of `velocity`.
+    """
 
-    @property
-    def rate_hz(self) -> float:
-        """Of the grid."""
-
-    @property
-    def position(self) -> FloatArray:
-        """Measured, low-passed without phase."""
-
-    @property
-    def raw_position(self) -> FloatArray:
-        """Measured."""
-
-    @property
-    def velocity(self) -> FloatArray:
-        """Measured, or from the position."""
-
-    @property
-    def speed_noise(self) -> float:
-        """Standard deviation of the noise of `velocity`."""
-
-    @property
-    def acceleration(self) -> FloatArray:
-        """From the velocity."""
-
-    @property
-    def recorded_velocity(self) -> FloatArray:
-        """Measured; NaN throughout where no speed was recorded."""
-
-    @property
-    def reference_position(self) -> FloatArray:
-        """Asked for."""
-
-    @property
-    def reference_velocity(self) -> FloatArray:
-        """Asked for."""
-
-    @property
-    def effort(self) -> FloatArray:
-        """Measured, in the unit that the machine's effects are counted in."""
-
-    @property
-    def usable(self) -> BoolArray:
-        """bool[n], where the motion is known."""
+    time_s: FloatArray
+    rate_hz: float
+    position: FloatArray
+    velocity: FloatArray
+    acceleration: FloatArray
+    raw_position: FloatArray
+    recorded_velocity: FloatArray
+    reference_position: FloatArray
+    reference_velocity: FloatArray
+    effort: FloatArray
+    usable: BoolArray
+    speed_noise: float

@@ -9,6 +9,11 @@ from typing import NamedTuple
 Pair = tuple[float, float]  # forwards, backwards
 
 
+def plus(pair: Pair, forwards: float, backwards: float | None = None) -> Pair:
+    """More by so much forwards, and backwards, where it is the same unless given."""
+    return pair[0] + forwards, pair[1] + (forwards if backwards is None else backwards)
+
+
 @dataclass(frozen=True)
 class Acting:
     """One effect at work: its name, and its values by stem (see `effects.rigid_form`)."""

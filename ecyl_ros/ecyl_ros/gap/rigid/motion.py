@@ -16,11 +16,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import butter, sosfiltfilt
 
+from ...drive.rigid.course import Course
 from ...drive.rigid.loop import asked_along
 from ...drive.rigid.machine import EFFORTS, Machine
 from ...errors import InputError
 from ...recording.signals import FOREIGN_SIGNALS, SIGNALS, Recording
-from ..diagnosis import BoolArray, FloatArray
+from ..diagnosis import FloatArray
 from .band import (
     DERIVATIVE,
     ORDER,
@@ -37,45 +38,29 @@ _SETTLE = 1.0  # periods of the bandwidth's frequency left out at gaps
 _ENDS = 4.0  # the same at the ends, beyond which the low-passes have to guess how it moved
 
 
-@dataclass(frozen=True, eq=False)
-class Motion:
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Motion(Course):
     """What a recording holds of a rigid drive, evenly sampled; float64[n] in SI of the output.
 
     Attributes:
-        position, velocity, acceleration: low-passed without phase, cutoff 2.5 x `bandwidth_hz`.
-        raw_position: as recorded (bridged over short gaps).
-        recorded_velocity, reference_position, reference_velocity: NaN where not recorded.
-        effort: in `effort_unit`; NaN throughout where there is none.
         effort_unit: N, N m where the drive file's gain is known or not needed, else that of the
-            recorded signal.
+            recorded signal. effort_name: what to call it.
         other_effort: what the file's controller asks for where `effort` was recorded, and what was
             recorded where `effort` is what it asks for; NaN throughout where one of them is not
             known.
         mode: NaN where not recorded.
-        usable: bool[n], False beside gaps, at the ends and where another mode ruled.
-        position_noise: standard deviation of the position's noise. speed_noise: of `velocity`.
+        position_noise: standard deviation of the position's noise.
         standing: share of the motion over which the effort stood still, as it can not.
-        bandwidth_hz: of the comparison. step: samples of the grid per compared sample.
+        bandwidth_hz: of the comparison; `position` is low-passed at 2.5 times that. step: samples
+            of the grid per compared sample.
         notes: what was found lacking.
     """
 
-    time_s: FloatArray
-    position: FloatArray
-    velocity: FloatArray
-    acceleration: FloatArray
-    raw_position: FloatArray
-    recorded_velocity: FloatArray
-    reference_position: FloatArray
-    reference_velocity: FloatArray
-    effort: FloatArray
     effort_unit: str
     effort_name: str
     other_effort: FloatArray
     mode: FloatArray
-    usable: BoolArray
-    rate_hz: float
     position_noise: float
-    speed_noise: float
     standing: float
     bandwidth_hz: float
     step: int

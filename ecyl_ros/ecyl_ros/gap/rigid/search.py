@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import find_peaks
 
 from ...effects.along import Along
-from ...effects.term import Term
+from ...effects.term import Left, Term
 from ..diagnosis import FloatArray
-from .balance import Balance
+from .balance import Balance, Solution
 from .floor import Pairs, coherence
 
 _MOST = 3  # peaks tried
@@ -24,54 +23,43 @@ _PLACES = 60  # along the travel that a window can begin and end at
 _NARROW, _WIDE = 2, 24  # widths of a window, in places
 
 
-@dataclass(frozen=True, eq=False)
-class Left:
-    """What a set of terms leaves, see `effects.term.Left`.
+def left_by(balance: Balance, along: Along, current: Solution, same: Pairs, enough: bool) -> Left:
+    """What a set leaves whose fit is `current`.
 
-    residual: float64[m]. same: instants in the same state of motion. enough: whether the set has as
-    many orders over the position as are looked for.
+    same: instants in the same state of motion. enough: the set has as many orders over the position
+    as are looked for.
     """
+    residual = current.residual
 
-    balance: Balance
-    along: Along
-    residual: FloatArray
-    explained: FloatArray
-    same: Pairs
-    enough: bool
+    def orders(effort: FloatArray | None) -> list[float]:
+        share = None if effort is None else balance.motion.filtered(effort)
+        return [] if enough else _orders(balance, along, residual, share)
 
-    def orders(self, effort: FloatArray | None = None) -> list[float]:
-        """Strongest orders over the turn."""
-        if self.enough:
-            return []
-        if effort is not None:
-            effort = self.balance.motion.filtered(effort)
-        return _orders(self.balance, self.along, self.residual, effort)
+    return Left(
+        explained=current.explained(balance.nominal),
+        orders=orders,
+        lines=lambda: _frequencies(balance, residual, same),
+        window=lambda: _window(balance, along, residual),
+        nearest=lambda term, over_time: _nearest(balance, along, term, over_time),
+    )
 
-    def lines(self) -> list[float]:
-        """Hz of the strongest lines over time."""
-        return _frequencies(self.balance, self.residual, self.same)
 
-    def window(self) -> tuple[float, float]:
-        """Middle and width of the part of the travel that drags most."""
-        return _window(self.balance, self.along, self.residual)
-
-    def nearest(self, term: Term, over_time: bool) -> float:
-        """Hz, or order, of the sine that comes closest to a periodic term."""
-        motion, turn = self.balance.motion, self.along.turn
-        rate = float(np.median(np.abs(motion.velocity[motion.usable]))) * turn.rate
-        if not rate > 0.0:
-            return 0.0
-        rows = motion.rows[self.balance.fitted]
-        along = motion.time_s[rows] if over_time else turn.angle[rows]
-        start = term.rate * rate if over_time else math.tau * term.rate / rate
-        wave = np.exp(1j * term.phase[rows])
-        best, reach = start, 0.3
-        for _ in range(3):
-            tried = best * (1.0 + np.linspace(-reach, reach, 61))
-            powers = [abs(np.vdot(wave, np.exp(1j * w * along))) for w in tried]
-            powers += [abs(np.vdot(wave, np.exp(-1j * w * along))) for w in tried]
-            best, reach = float(tried[int(np.argmax(powers)) % tried.size]), reach / 15.0
-        return best / math.tau if over_time else best
+def _nearest(balance: Balance, along: Along, term: Term, over_time: bool) -> float:
+    """Order, or Hz, of the sine that comes closest to a periodic term; 0 without motion."""
+    motion, turn = balance.motion, along.turn
+    rate = float(np.median(np.abs(motion.velocity[motion.usable]))) * turn.rate
+    if not rate > 0.0:
+        return 0.0
+    rows = motion.rows[balance.fitted]
+    at = motion.time_s[rows] if over_time else turn.angle[rows]
+    best = term.rate * rate if over_time else math.tau * term.rate / rate
+    wave, reach = np.exp(1j * term.phase[rows]), 0.3
+    for _ in range(3):
+        tried = best * (1.0 + np.linspace(-reach, reach, 61))
+        powers = [abs(np.vdot(wave, np.exp(1j * w * at))) for w in tried]
+        powers += [abs(np.vdot(wave, np.exp(-1j * w * at))) for w in tried]
+        best, reach = float(tried[int(np.argmax(powers)) % tried.size]), reach / 15.0
+    return best / math.tau if over_time else best
 
 
 def _power(

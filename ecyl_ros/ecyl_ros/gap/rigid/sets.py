@@ -10,11 +10,11 @@ import numpy as np
 
 from ...effects import constant_load
 from ...effects.catalogue import RIGID
-from ...effects.term import Term
+from ...effects.term import Left, Term
 from ..diagnosis import FloatArray
 from .balance import Balance, Solution
 from .floor import pairs
-from .search import Left
+from .search import left_by
 from .terms import Catalogue, free_means
 
 LEAST_GAIN = 0.12  # of the squared residual above the floor
@@ -77,14 +77,8 @@ class Sets:
     def left(self, current: Solution, chosen: Sequence[Term]) -> Left:
         """What a set leaves."""
         orders = [one.effect for one in chosen if one.rate and not one.over_time]
-        return Left(
-            balance=self.balance,
-            along=self.catalogue.along,
-            residual=current.residual,
-            explained=current.explained(self.balance.nominal),
-            same=self._same,
-            enough=any(orders.count(name) >= _SAME for name in orders),
-        )
+        enough = any(orders.count(name) >= _SAME for name in orders)
+        return left_by(self.balance, self.catalogue.along, current, self._same, enough)
 
     def candidates(self, current: Solution, chosen: Sequence[Term]) -> list[Term]:
         """Terms that a set may be extended by."""

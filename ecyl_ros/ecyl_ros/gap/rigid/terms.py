@@ -45,13 +45,11 @@ class Catalogue:
         )
         shares = [one for one in model.shapes if RIGID[one.name].of_effort]
         for one in model.shapes:
-            asked = RIGID[one.name].asked
-            if asked is not None and one not in shares:
-                made += asked(along, one.values, made)
+            if one not in shares:
+                made += RIGID[one.name].asked(along, one.values, made)
         bare = made
         for _ in range(_ROUNDS if shares else 0):  # a share of the whole effort, itself included
-            parts = [(RIGID[one.name].asked, one.values) for one in shares]
-            made = bare + sum(asked(along, values, made) for asked, values in parts if asked)
+            made = bare + sum(RIGID[one.name].asked(along, one.values, made) for one in shares)
         if model.delay_s:
             made = np.interp(motion.time_s + model.delay_s, motion.time_s, made)
         return made
@@ -63,13 +61,18 @@ class Catalogue:
     def candidates(self, left: Left) -> list[Term]:
         """Every term that a set may be extended by, given what it leaves."""
         forms = rigid_forms(self.machine.linear).values()
-        return [one for form in forms for one in form.candidates(self.along, left)]
+        return [
+            form.term(self.along, *one) for form in forms for one in form.tried(self.along, left)
+        ]
 
     def twins(self, one: Term, left: Left) -> list[Term]:
         """What an effect looks like where speed, or effort, hardly varies."""
-        likes = (RIGID[name].like for name in RIGID[one.effect].twins)
-        found = (like(self.along, left, one) for like in likes if like is not None)
-        return [made for made in found if made is not None]
+        found = []
+        for form in (RIGID[name] for name in RIGID[one.effect].twins):
+            shape = form.like(self.along, left, one) if form.like is not None else (0.0,)
+            if shape[0]:
+                found.append(form.term(self.along, *shape))
+        return found
 
 
 def free_means(terms: Sequence[Term]) -> bool:

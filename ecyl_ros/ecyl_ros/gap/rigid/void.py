@@ -3,50 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from ...effects.actuation_delay import SAMPLING
 from ...effects.along import Along
 from ...effects.catalogue import RIGID
-from ...effects.term import Interval, Term
-from ..diagnosis import FloatArray
+from ...effects.term import Fitted, Interval, Term
 from .balance import Balance, Solution
 from .sheet import sheet_value, within
 
 SHEET = "within the tolerance of the data sheet"
 SILENT = (SAMPLING, SHEET)  # what every sound machine, and every recording, may show
-
-
-@dataclass(frozen=True, eq=False)
-class _Fitted:
-    """See `effects.term.Fitted`; `first`: where its coefficients begin among the solution's."""
-
-    along: Along
-    balance: Balance
-    solution: Solution
-    term: Term
-    spans: Sequence[Interval]
-    first: int
-
-    @property
-    def values(self) -> FloatArray:
-        """Its coefficients."""
-        return self.solution.of(self.term)
-
-    def covariance(self) -> FloatArray:
-        """Of its coefficients."""
-        own = slice(self.first, self.first + self.term.columns.shape[0])
-        return self.balance.covariance(self.solution, self.balance.usable)[0][own, own]
-
-    def inflation(self, by: Sequence[Term]) -> float:
-        """Variance inflation of its first column."""
-        rows = self.balance.usable
-        own = self.balance.columns([self.term])[rows, 0]
-        other = self.balance.columns(by)[rows]
-        rest = own - other @ np.linalg.lstsq(other, own, rcond=None)[0]
-        return float(np.sum(own**2) / max(np.sum(rest**2), 1e-300))
 
 
 def why_not(
@@ -67,4 +35,20 @@ def why_not(
     told = sheet_value(term, spans, along.machine, along.units)
     if told is not None and within(told):
         return SHEET
-    return RIGID[term.effect].void(_Fitted(along, balance, solution, term, spans, first))
+    rows, own = balance.usable, slice(first, first + term.columns.shape[0])
+
+    def inflation(by: Sequence[Term]) -> float:
+        column = balance.columns([term])[rows, 0]
+        other = balance.columns(by)[rows]
+        rest = column - other @ np.linalg.lstsq(other, column, rcond=None)[0]
+        return float(np.sum(column**2) / max(np.sum(rest**2), 1e-300))
+
+    fitted = Fitted(
+        along=along,
+        term=term,
+        values=solution.of(term),
+        spans=spans,
+        covariance=lambda: balance.covariance(solution, rows)[0][own, own],
+        inflation=inflation,
+    )
+    return RIGID[term.effect].void(fitted)
