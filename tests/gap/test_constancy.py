@@ -7,6 +7,7 @@ from sheets import exact
 
 from ecyl_ros.effects.catalogue import CATALOGUE
 from ecyl_ros.gap.constancy import Inconstancy, inconstancies
+from ecyl_ros.gap.descent import polish, search
 from ecyl_ros.gap.fit import Fitter
 from ecyl_ros.gap.replay import Replay
 from ecyl_ros.gap.split import held_out
@@ -20,7 +21,7 @@ def _worst(true: dict, fitted: str, start: dict[str, float]) -> tuple[Inconstanc
     recording = record_case(Case(0, 8, "pair", true), DRIVE)
     replay = Replay(recording, DRIVE, "recording")
     fitter = Fitter(replay, held_out(replay.time_s))
-    fit = fitter.polish(fitter.search(fitter.evaluate({fitted: start})), 6)
+    fit = polish(fitter, search(fitter, fitter.evaluate({fitted: start}), fitter.nominal), 6)
     (worst,) = inconstancies(fit, fitter)
     return worst, fit.values[fitted]
 

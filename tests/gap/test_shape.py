@@ -7,6 +7,7 @@ import math
 import pytest
 from sheets import exact
 
+from ecyl_ros.gap.descent import polish, search
 from ecyl_ros.gap.fit import Fitter
 from ecyl_ros.gap.replay import Replay
 from ecyl_ros.gap.split import held_out
@@ -22,10 +23,11 @@ def test_a_dead_time_with_corners_is_found_from_one_without() -> None:
     replay = Replay(record_case(Case(0, SEED, "single", true), drive), drive, "recording")
     fitter = Fitter(replay, held_out(replay.time_s))
     start = {"voltage_v": 1.0, "transition_a": 0.05, "straightness": 0.1}
-    found = fitter.search(fitter.evaluate({"inverter_dead_time": start}))
+    begin = fitter.evaluate({"inverter_dead_time": start})
+    found = search(fitter, begin, fitter.nominal)
     assert found.fitted > 2.0 * fitter.perfect**2  # the size alone does not do
     for _ in range(2):
-        found = fitter.polish(found, 8)
+        found = polish(fitter, found, 8)
     values = found.values["inverter_dead_time"]
     assert found.fitted < 1.5 * fitter.perfect**2
     assert values["voltage_v"] == pytest.approx(1.3, rel=3e-3)

@@ -83,9 +83,9 @@ def test_a_shared_fault_is_laid_to_the_constant_whose_freedom_saves_all() -> Non
     keys = [key.split(".")[1] for key in fitter.sheet.keys]
     order = [keys.index(name) for name in ("torque_constant", "inertia", "resistance")]
     noise = np.random.default_rng(0).standard_normal((2, 3000))
-    jacobian = np.zeros((3000, 3))
-    jacobian[:, order[0]], jacobian[:, order[1]] = 50.0 * noise[0], -50.0 * noise[0]
-    jacobian[:, order[2]] = 50.0 * noise[1]
+    jacobian = np.zeros((3, 3000))
+    jacobian[order[0]], jacobian[order[1]] = 50.0 * noise[0], -50.0 * noise[0]
+    jacobian[order[2]] = 50.0 * noise[1]
     pulls = np.zeros(3)
     pulls[order] = 3.0, -3.0, 1.0
     fit = Fit({}, pulls, 0.5 * noise[:1], 1.0, 1.0, 1.0, (), (0, 1, 2), jacobian)

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from sheets import exact
 
-from ecyl_ros.gap.attribute import Competition
 from ecyl_ros.gap.block import unnamed_block
+from ecyl_ros.gap.compete import Competition
 from ecyl_ros.gap.fit import Fitter
 from ecyl_ros.gap.injection import acts_on_load
 from ecyl_ros.gap.locate import by_port
@@ -38,7 +38,7 @@ def without(*signals: str) -> Replay:
 def said(replay: Replay) -> str | None:
     """The block said where no effect at all competes."""
     nominal = Fitter(replay, held_out(replay.time_s)).nominal
-    nothing = Competition(nominal, nominal, (), nominal, (), {}, 1)
+    nothing = Competition(nominal, nominal, (), nominal, (), {})
     return unnamed_block(nothing, by_port(replay), replay)
 
 

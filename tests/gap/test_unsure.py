@@ -7,7 +7,7 @@ import pytest
 from sheets import exact
 
 from ecyl_ros.gap import cylinder as module
-from ecyl_ros.gap.attribute import Competition
+from ecyl_ros.gap.compete import Competition
 from ecyl_ros.gap.diagnose import diagnose
 from ecyl_ros.gap.fit import Fit
 from ecyl_ros.gap.study.cylinder.cases import Case, record_case
@@ -24,7 +24,7 @@ def competition(*rivals: Fit) -> Competition:
     """Won by a limit and an inertia."""
     without = {LIMIT: fit(9.0, INERTIA), INERTIA: fit(1.2, LIMIT)}
     winner = fit(0.85, LIMIT, INERTIA)
-    return Competition(fit(9.0), fit(9.0), (), winner, rivals, without, 1)
+    return Competition(fit(9.0), fit(9.0), (), winner, rivals, without)
 
 
 @pytest.fixture

@@ -12,7 +12,7 @@ from collections.abc import Collection, Mapping, Sequence
 
 from ..effects.catalogue import CATALOGUE
 from ..effects.effect import BLOCKS
-from .attribute import Competition
+from .compete import Competition
 from .diagnosis import PortCheck
 from .evidence import gather
 from .injection import acts_on_load

@@ -8,7 +8,7 @@ which says that nothing but the bound holds it.
 from __future__ import annotations
 
 from ..effects.catalogue import CATALOGUE
-from .attribute import Competition
+from .compete import Competition
 from .constancy import without_effects
 from .fit import Fit, Fitter
 from .intervals import intervals

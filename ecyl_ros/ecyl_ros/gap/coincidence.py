@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 from ..drive.parameters import DriveParameters
 from ..effects.catalogue import CATALOGUE
-from .attribute import Competition
+from .compete import Competition
 from .constancy import without_effects
 from .fit import Fitter
 

@@ -15,10 +15,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..effects.catalogue import CATALOGUE
-from .attribute import Competition, earns, leave_one_out, misfit
+from .compete import Competition, leave_one_out
+from .descent import polish
+from .earn import earns
 from .evidence import Smoother, gather
-from .fit import Fit, Fitter, robust_squares
+from .fit import Fit, Fitter
 from .replay import BoolArray, FloatArray, Replay
+from .robust import misfit, robust_squares
 
 _SIZES = (0.5, 0.7, 0.8, 0.9, 0.95, 1.0, 1.05, 1.1, 1.2, 1.4, 2.0)
 _MOVING = 0.02  # of the top speed
@@ -121,10 +124,10 @@ def without_effects(
     best = competition.sheet
     if set(winner.names) - set(effects):
         start = fitter.without(winner, effects)
-        fit = fitter.polish(start, _STEPS)
+        fit = polish(fitter, start, _STEPS)
         best = fit if earns(fitter, fit, best) else best
     without = leave_one_out(
-        fitter, best, competition.sheet, lambda start: fitter.polish(start, _STEPS)
+        fitter, best, competition.sheet, lambda start: polish(fitter, start, _STEPS)
     )
     rivals = tuple(one for one in competition.singles if one.names != best.names)
     return replace(competition, winner=best, rivals=rivals, leave_one_out=without)

@@ -10,16 +10,18 @@ from ..drive.parameters import DriveParameters
 from ..drive.stability import check_stability
 from ..effects.catalogue import CATALOGUE
 from ..recording.signals import Recording
-from .attribute import AT_FLOOR, EXCUSED, Competition, at_noise, compete, gone, misfit
 from .block import unnamed_block
 from .clear import without_unclear
 from .coincidence import Coincidence, without_coincidence
+from .compete import Competition, compete
 from .constancy import Inconstancy, without_effects, without_stand_ins
 from .diagnosis import Candidate, Cause, Diagnosis, FittedParameter, Series, SheetValue
+from .earn import AT_FLOOR, EXCUSED, at_noise, gone
 from .fit import Fit, Fitter
 from .intervals import intervals
 from .locate import by_condition, by_frequency, by_port, by_signal, pooled
 from .replay import BoolArray, Replay
+from .robust import misfit
 from .split import held_out_of
 from .tolerance import without_traces
 from .verdict import (
@@ -60,7 +62,7 @@ def diagnose_cylinder(
     no_gap = at_floor(nominal, replay)
     remarks: list[str] = []
     if no_gap:
-        competition = Competition(nominal, nominal, (), nominal, (), {}, 1)
+        competition = Competition(nominal, nominal, (), nominal, (), {})
     else:
         names = [name for name in CATALOGUE if name not in without]
         competition = compete(
@@ -217,7 +219,7 @@ def _assemble(
             replay.usable,
             int(replay.recording.stamp_ns[0]),
         ),
-        replays=competition.replays,
+        replays=fitter.replay.runs,
         misfit_before=misfit(nominal.left),
         misfit_after=misfit(final.left),
         misfit_perfect=perfect if named else fitter.perfect,

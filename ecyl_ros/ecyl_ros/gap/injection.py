@@ -12,8 +12,8 @@ import math
 import numpy as np
 
 from .evidence import missing_torque
-from .fit import cost
 from .replay import FloatArray, Replay
+from .robust import cost
 
 _ROUNDS = 4  # of putting on what is still missing
 _ROTOR_BY_TWIST = 3.0  # times as wrong a twist with the torque on the load

@@ -12,8 +12,10 @@ import numpy as np
 from scipy.stats import t as student
 
 from ..effects.catalogue import CATALOGUE
-from .fit import LOSS_SCALE, Fit
+from .fit import Fit
+from .gram import weighted_products
 from .replay import BoolArray, FloatArray
+from .robust import robust_weights
 from .sheet import Sheet
 from .split import STRETCH_S
 
@@ -34,12 +36,9 @@ def variances(
     jacobian = fit.jacobian
     if jacobian is None:
         return np.zeros(0), 0
-    size = jacobian.shape[1]
-    signals = fit.gap.shape[0]
     residual = fit.gap[:, rows]
-    weight = 1.0 / (1.0 + (residual / LOSS_SCALE) ** 2)
-    columns = jacobian.reshape(signals, -1, size)
-    hessian = np.einsum("snk,sn,snl->kl", columns, weight, columns)
+    weight = robust_weights(residual)
+    hessian, _ = weighted_products(jacobian, weight.ravel(), residual.ravel())
     sheet = np.diag([0.0] * len(fit.coordinates) + [4.0] * len(fit.pulled))
     # What the sheet alone can tell from one another hangs on derivatives that no differences give
     # well enough: there the evidence counts that the fit itself weighs the sheet against.
@@ -48,9 +47,10 @@ def variances(
     hessian += sheet
     inverse = np.linalg.pinv(hessian, rcond=1e-12, hermitian=True)
     stretch = np.floor(time_s[rows] / STRETCH_S).astype(np.int64)
-    scores = np.einsum("snk,sn->nk", columns, weight * residual)
+    pushed = jacobian * (weight * residual).ravel()  # what each sample asks of each coordinate
+    scores = pushed.reshape(len(jacobian), fit.gap.shape[0], -1).sum(axis=1)
     labels = np.unique(stretch)
-    summed = np.array([scores[stretch == label].sum(axis=0) for label in labels])
+    summed = np.array([scores[:, stretch == label].sum(axis=1) for label in labels])
     count = len(labels)
     correction = count / max(count - 1, 1)
     sandwich = inverse @ (correction * summed.T @ summed + sheet) @ inverse

@@ -12,11 +12,11 @@ from ..errors import InputError
 from ..recording.load import LongRecording
 from ..recording.signals import Recording
 from ..recording.stretch import Stretch
-from .attribute import misfit
 from .diagnose import diagnose
 from .diagnosis import Diagnosis, StretchGap
-from .fit import Fit, Fitter, Values, cost
+from .fit import Fit, Fitter, Values
 from .replay import Replay
+from .robust import cost, misfit
 from .split import held_out
 from .verdict import STRUCTURELESS, at_floor
 

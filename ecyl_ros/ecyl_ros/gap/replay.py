@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import dataclasses
 import math
+import threading
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -160,6 +161,7 @@ class Replay:
 
     def __init__(self, recording: Recording, drive: DriveParameters, source: str) -> None:
         self._source = source
+        self._tally, self._counting = [0], threading.Lock()
         self._check(recording)
         recording, notes = screen(recording, drive, source)
         drive = _with_steps(drive, recording)
@@ -307,6 +309,11 @@ class Replay:
         )
 
     @property
+    def runs(self) -> int:
+        """How many times the drive was simulated so far, copies of this replay included."""
+        return self._tally[0]
+
+    @property
     def step_s(self) -> float:
         """Time between two samples of the recording, the median."""
         return float(np.median(np.diff(self.time_s)))
@@ -321,6 +328,22 @@ class Replay:
         if self._shaking is not None:
             drive, alone = self._shaking
             other._shaking = with_constants(drive, constants), alone
+        return other
+
+    def until(self, end_s: float) -> Replay:
+        """The same recording up to `end_s`, for a look that needs no more: it costs less."""
+        kept = int(np.searchsorted(self.time_s, end_s, side="right"))
+        other = copy.copy(self)
+        for name in ("time_s", "usable"):
+            setattr(other, name, getattr(self, name)[:kept])
+        for name in ("recorded", "healthy"):
+            setattr(other, name, getattr(self, name)[:, :kept])
+        other._rows = None if self._rows is None else self._rows[:kept]
+        last = float(other.time_s[-1]) / self._grid_step
+        other._samples = min(self._samples, math.ceil(last - 1e-6) + 1)
+        if self._shaking is not None:
+            drive, alone = self._shaking
+            other._shaking = drive, alone[:, :kept]
         return other
 
     @property
@@ -362,6 +385,8 @@ class Replay:
         params = self.packed(effects, drive)
         cascade = initial_cascade_state(params)
         cascade[0][:] = self._integrals
+        with self._counting:
+            self._tally[0] += 1
         samples = np.zeros((self._samples, COLUMNS))
         ticks = (self._samples - 1) * self._every + 1
         run = (

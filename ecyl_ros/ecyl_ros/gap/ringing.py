@@ -10,13 +10,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from functools import cached_property
+from typing import Protocol, TypeVar
 
 import numpy as np
 from scipy.signal import welch
 
 from ..effects.catalogue import CATALOGUE
 from .fit import Fit, Fitter, Values
-from .replay import FloatArray
+from .replay import FloatArray, Replay
 
 _SIGNALS = ("rotor_velocity", "current_q", "voltage_q", "rotor_position", "rod_position")
 _WINDOW_S = 0.25
@@ -31,7 +32,18 @@ _FINER = 9
 _ROW = np.linspace(-0.02, 0.02, 41)  # around the best of them
 _CLOSE = np.linspace(-8e-4, 8e-4, 9)
 
-Map = Callable[[Callable[[float], Fit], Iterable[float]], list[Fit]]
+_ENOUGH = 0.25  # share of the power of what is to be heard that is listened to
+_SHORTEST_S = 2.0
+
+Found = TypeVar("Found")
+
+
+class Map(Protocol):
+    """Does a piece of work for each of many values, side by side; results in their order."""
+
+    def __call__(
+        self, work: Callable[[float], Found], values: Iterable[float], /
+    ) -> Iterable[Found]: ...
 
 
 class Ringing:
@@ -39,11 +51,12 @@ class Ringing:
 
     def __init__(self, fitter: Fitter, side_by_side: Map) -> None:
         self._fitter = fitter
-        self._map = side_by_side
+        self._side_by_side = side_by_side
         replay = fitter.replay
         names = [one.name for one in replay.signals]
         self._row = next(names.index(name) for name in _SIGNALS if name in names)
         self._heard: dict[str, bool] = {}
+        self._rung: tuple[Fit, FloatArray] | None = None  # unlikeness over the grid, of a base
 
     def _spectrum(self, values: FloatArray) -> FloatArray:
         rate = self._fitter.replay.recording.rate_hz
@@ -53,17 +66,26 @@ class Ringing:
         return kept
 
     @cached_property
-    def _recorded(self) -> FloatArray:
+    def _part(self) -> Replay:
+        """The recording up to where enough has been heard: a spectrum needs no more of it."""
         replay = self._fitter.replay
-        return self._spectrum(replay.recorded[self._row] / replay.floor[self._row])
+        power = np.cumsum(np.diff(self._fitter.nominal.gap[self._row]) ** 2)
+        enough = float(replay.time_s[1 + int(np.searchsorted(power, _ENOUGH * power[-1]))])
+        return replay.until(max(enough, _SHORTEST_S))
 
-    def _unlike(self, fit: Fit) -> float:
-        """Mean square of the spectra's ratio, in decades; a floor's power is added to both."""
-        replay = self._fitter.replay
-        power = self._spectrum(
-            replay.recorded[self._row] / replay.floor[self._row] - fit.gap[self._row]
-        )
-        noise = 2.0 / replay.recording.rate_hz
+    @cached_property
+    def _recorded(self) -> FloatArray:
+        part = self._part
+        return self._spectrum(part.recorded[self._row] / part.floor[self._row])
+
+    def _unlike(self, gap: FloatArray) -> float:
+        """Mean square of the spectra's ratio, in decades; a floor's power is added to both.
+
+        gap: of `_part`, float64[signals, m].
+        """
+        part = self._part
+        power = self._spectrum(part.recorded[self._row] / part.floor[self._row] - gap[self._row])
+        noise = 2.0 / part.recording.rate_hz
         return float(np.mean(np.log10((self._recorded + noise) / (power + noise)) ** 2))
 
     @cached_property
@@ -80,18 +102,25 @@ class Ringing:
         """
         if CATALOGUE[name].block != "timing" or not self._loud or not self._heard.get(name, True):
             return []
-        tick = 1.0 / self._fitter.replay.drive.controller.rate
         (quantity,) = CATALOGUE[name].parameters
+        constants = self._fitter.sheet.constants(base.pulls)
+
+        def with_delay(delay: float) -> Values:
+            return {**base.values, name: {quantity.name: float(delay)}}
+
+        def heard(delay: float) -> float:
+            return self._unlike(self._part.gap(with_delay(delay), constants))
 
         def tried(delay: float) -> Fit:
-            values = {**base.values, name: {quantity.name: float(delay)}}
-            return self._fitter.evaluate(values, base.pulls)
+            return self._fitter.evaluate(with_delay(delay), base.pulls)
 
-        grid = _GRID * tick
-        unlike = np.array([self._unlike(one) for one in self._map(tried, grid)])
         first = name not in self._heard
+        grid = _GRID / self._fitter.replay.drive.controller.rate
+        if self._rung is None or self._rung[0] is not base:
+            self._rung = base, np.array(list(self._side_by_side(heard, grid.tolist())))
+        unlike = self._rung[1]  # the loop swings alike, wherever on its way round it is late
         if first:
-            nominal = self._unlike(self._fitter.nominal)
+            nominal = self._unlike(self._part.gap({}))
             self._heard[name] = float(unlike.min()) < _ALIKE * nominal
         if not self._heard[name]:
             return []
@@ -102,9 +131,9 @@ class Ringing:
         for best in hollows.tolist():
             low, high = grid[max(best - 1, 0)], grid[min(best + 1, len(grid) - 1)]
             finer += np.linspace(low, high, _FINER).tolist()
-        centre = finer[int(np.argmin([self._unlike(one) for one in self._map(tried, finer)]))]
+        centre = finer[int(np.argmin(list(self._side_by_side(heard, finer))))]
         for offsets in (_ROW, _CLOSE):
-            row = self._map(tried, centre * (1.0 + offsets))
+            row = list(self._side_by_side(tried, (centre * (1.0 + offsets)).tolist()))
             found = min(row, key=lambda one: one.fitted)
             centre = found.values[name][quantity.name]
         if first:  # a likeness that takes nothing off is not worth a look beside other effects

@@ -13,8 +13,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..effects.catalogue import CATALOGUE
-from .fit import LOSS_SCALE, Fit, Fitter, Values
+from .fit import Fit, Fitter, Values
+from .gram import weighted_products
 from .replay import FloatArray
+from .robust import robust_weights
 
 _UNSEEN = 1e-3  # share below which a constant is where the sheet has it
 
@@ -42,10 +44,10 @@ def strains(fit: Fit, fitter: Fitter) -> list[Strain]:
         return []
     first = len(fit.coordinates)
     residual = fit.gap[:, fitter.rows].ravel()
-    weight = 1.0 / (1.0 + (residual / LOSS_SCALE) ** 2)
+    weight = robust_weights(residual)
     pieces = fitter.sheet.evidence / max(float(weight @ residual**2), float(residual.size))
     price = np.diag([0.0] * first + [4.0] * len(fit.pulled))
-    curvature = pieces * (fit.jacobian * weight[:, None]).T @ fit.jacobian + price
+    curvature = pieces * weighted_products(fit.jacobian, weight, residual)[0] + price
     inverse = np.linalg.pinv(curvature, rcond=1e-12, hermitian=True)
     found = []
     for index, row in enumerate(fit.pulled, first):

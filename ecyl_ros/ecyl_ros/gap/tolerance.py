@@ -11,7 +11,7 @@ import math
 
 from ..drive.parameters import DriveParameters
 from ..effects.catalogue import CATALOGUE
-from .attribute import Competition
+from .compete import Competition
 from .constancy import without_effects
 from .fit import Fitter, Values
 

@@ -9,10 +9,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..effects.catalogue import CATALOGUE, EFFECTS
-from .attribute import Competition, misfit
+from .compete import Competition
 from .diagnosis import Candidate, Cause, FittedParameter
-from .fit import Fit, cost
+from .fit import Fit
 from .replay import BoolArray, FloatArray, Replay
+from .robust import cost, misfit
 
 NO_GAP_RATIO = 1.15  # no signal stands higher over its floor, or over what a perfect model leaves
 STRUCTURELESS = 1.3  # robust misfit over that of a perfect model

@@ -1,0 +1,57 @@
+"""One parameter of an effect as a fit sees it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from ..effects.effect import Quantity
+
+_REACH = 60.0  # a fit may change a positive parameter by this factor either way
+
+
+@dataclass(frozen=True)
+class Coordinate:
+    """One fitted parameter: in logarithms where it cannot change sign, else over a scale."""
+
+    effect: str
+    quantity: Quantity
+    logarithmic: bool
+    scale: float
+    low: float
+    high: float
+
+    @classmethod
+    def around(cls, effect: str, quantity: Quantity, value: float) -> Coordinate:
+        """The coordinate for a fit that starts at `value`."""
+        if quantity.low >= 0.0 and value > 0.0:
+            low = math.log(max(quantity.low, value / _REACH, 1e-300))
+            high = math.log(min(quantity.high, value * _REACH))
+            return cls(effect, quantity, True, 1.0, low, high)
+        scale = 1.0 if quantity.unit == "rad" else max(abs(value), 1e-9)
+        return cls(effect, quantity, False, scale, quantity.low / scale, quantity.high / scale)
+
+    @property
+    def fineness(self) -> float:
+        """Share of the common difference that suits this parameter.
+
+        Over many periods a small change of order or frequency is a large change of phase.
+        """
+        counted = self.quantity.unit in ("1", "Hz") and not self.quantity.nuisance
+        return 0.02 if counted and self.logarithmic else 1.0
+
+    def of(self, value: float) -> float:
+        """Coordinate of a value."""
+        return math.log(max(value, 1e-300)) if self.logarithmic else value / self.scale
+
+    def inward(self, value: float) -> float:
+        """Coordinate of a value, kept a little off the bounds."""
+        raw = self.of(value)
+        margin = 1e-6 * max(1.0, min(abs(self.low), abs(self.high)))
+        return min(max(raw, self.low + margin), self.high - margin)
+
+    def outward(self, coordinate: float) -> float:
+        """Value of a coordinate."""
+        if self.logarithmic:
+            return math.exp(coordinate)
+        return coordinate * self.scale
