@@ -19,12 +19,16 @@ from panels import LEFT, OVER, SPECTRUM, TRACES
 from ecyl_ros.drive.drive_file import load_drive, resolve_drive
 from ecyl_ros.drive.packed import pack
 from ecyl_ros.effects import ports
-from ecyl_ros.effects.catalogue import CATALOGUE, MODULES
+from ecyl_ros.effects.catalogue import CATALOGUE, MODULES, RIGID
 from ecyl_ros.effects.effect import BLOCKS, Effect, Quantity
 from ecyl_ros.recording.atomic import write_text
 
 HERE = Path(__file__).parent
 SOURCES = "../../ecyl_ros/ecyl_ros/effects"
+RIGID_TOO = (
+    "A [rigid drive](../drive-file.md#rigid-drives-and-followers) may have it, too, its values "
+    "counted in what moves its output."
+)
 SURE = 1.1  # times a perfect model's misfit: an effect that leaves no more is not told apart
 
 
@@ -83,7 +87,10 @@ def _equation(name: str) -> str:
     found: list[Callable] = [
         getattr(module, port) for port in ports.ARGUMENTS if hasattr(module, port)
     ]
-    functions = found or [CATALOGUE[name].modify]
+    code = "".join(inspect.getsource(one.py_func) for one in found)
+    laws = [one for key, one in vars(module).items() if f"{key}(" in code and one not in found]
+    functions = [*found, *(one for one in laws if hasattr(one, "py_func"))]
+    functions = functions or [CATALOGUE[name].modify]
     sources = [inspect.getsource(getattr(one, "py_func", one)) for one in functions]
     code = "\n\n\n".join(source.removeprefix("@kernel\n").rstrip() for source in sources)
     return f"```python\n{code}\n```"
@@ -200,6 +207,7 @@ def page(name: str) -> str:
         ),
         f"{_acts(name)} [Its file]({SOURCES}/{name}.py) says how:",
         _equation(name),
+        *([RIGID_TOO] if name in RIGID else []),
         "## The recording of the picture",
         _recipe(name, example),
         "## What it is confused with",

@@ -14,10 +14,9 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
 
+from ecyl_ros.drive.rigid.machine_file import load_machine
+from ecyl_ros.gap.diagnose import diagnose
 from ecyl_ros.gap.diagnosis import Diagnosis
-from ecyl_ros.gap.effort.follow import diagnose_follower
-from ecyl_ros.gap.effort.judge import diagnose_effort
-from ecyl_ros.gap.effort.machine import load_machine
 from ecyl_ros.recording.load import load_recording
 from ecyl_ros.recording.map import load_map
 
@@ -41,8 +40,8 @@ def _axes(columns: int):
 def emps(field: Path, out: Path) -> None:
     """Friction over speed, and what either model leaves of the force."""
     recording = _load(field, "emps/DATA_EMPS.mat", "emps")
-    found = diagnose_effort(recording, load_machine(HERE / "emps.yaml"))
-    published = diagnose_effort(recording, load_machine(HERE / "emps_published.yaml"))
+    found = diagnose(recording, load_machine(HERE / "emps.yaml"))
+    published = diagnose(recording, load_machine(HERE / "emps_published.yaml"))
     series = found.series
     figure, (left, right) = _axes(2)
     friction = (series.recorded - series.before)[0]
@@ -90,7 +89,7 @@ def laas(field: Path, out: Path) -> None:
             (bare, BEFORE, "not compensated"),
             (1.0 - bare, AFTER, "compensated"),
         ):
-            orders, size = _orders(diagnose_effort(recording, machine, mode=mode))
+            orders, size = _orders(diagnose(recording, machine, mode=mode))
             shift = 0.5 if mode == bare else -0.5
             axis.vlines(orders + shift, 0.0, size * 1e3, color=colour, lw=1.6, label=label)
         axis.set(xlabel="periods per turn", ylabel="torque gap / mN m", title=f"{name}.txt")
@@ -104,7 +103,7 @@ def sage(field: Path, out: Path) -> None:
     runs = ("friction_gravity", "backlash_detection")
     for axis, run in zip(axes, runs, strict=True):
         recording = _load(field, f"sage_so101/{run}", "sage")
-        found = diagnose_follower(recording, load_machine(HERE / "sage.yaml"))
+        found = diagnose(recording, load_machine(HERE / "sage.yaml"))
         series = found.series
         part = (series.time_s > 20.0) & (series.time_s < 60.0)
         command, position = series.reference_m[part], series.recorded[0][part]

@@ -11,8 +11,9 @@ import pytest
 
 from ecyl_ros.cli.main import main
 from ecyl_ros.drive.drive_file import load_drive
-from ecyl_ros.gap.effort.judge import diagnose_effort
-from ecyl_ros.gap.effort.machine import Machine, key_table, load_machine
+from ecyl_ros.drive.rigid.machine import Machine
+from ecyl_ros.drive.rigid.machine_file import key_table, load_machine
+from ecyl_ros.gap.diagnose import diagnose
 from ecyl_ros.recording.map import load_map
 from ecyl_ros.recording.reader import read_recording
 from ecyl_ros.recording.signals import Recording
@@ -206,7 +207,7 @@ def test_an_electric_cylinder_without_electrical_signals_is_judged_as_rigid() ->
             rotor_position_rad=whole.rotor_position_rad,
             rotor_torque_nm=whole.rotor_torque_nm,
         )
-        result = diagnose_effort(bare, machine)
+        result = diagnose(bare, machine)
         named = {one.effect: {p.name: p.value for p in one.parameters} for one in result.causes}
         truth = label["truth"]
         expected = {re.sub("^load_(inertia|coulomb|viscous)", r"rotor_\1", one) for one in truth}

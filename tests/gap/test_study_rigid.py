@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from ecyl_ros.drive.rigid.machine import Machine
 from ecyl_ros.errors import InputError
-from ecyl_ros.gap.effort.machine import Machine
 from ecyl_ros.gap.study.case import Case
 from ecyl_ros.gap.study.drives import Choice, RigidDrives, draw_cases
 from ecyl_ros.gap.study.rigid.cases import plan_cases, play

@@ -11,7 +11,8 @@ from report_samples import backlash, coulomb, diagnosis
 
 from ecyl_ros.drive.drive_file import config_folder, load_drive, profiles
 from ecyl_ros.errors import InputError
-from ecyl_ros.gap.twin import add_effects, write_twin
+from ecyl_ros.gap.drive_text import add_effects
+from ecyl_ros.gap.twin import write_twin
 
 BOTH = diagnosis("explained", (coulomb(), backlash()))
 BENCH = (config_folder() / "bench.yaml").read_text()

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from sheets import exact
 
-from ecyl_ros.gap import diagnose as module
+from ecyl_ros.gap import cylinder as module
 from ecyl_ros.gap.compete import Competition
+from ecyl_ros.gap.diagnose import diagnose
 from ecyl_ros.gap.fit import Fit
 from ecyl_ros.gap.study.cylinder.cases import Case, record_case
 
@@ -65,7 +66,7 @@ def test_a_limit_of_another_make_of_machine_is_named_alone() -> None:
     """Surely, and with the true voltage in its interval."""
     drive = exact("bench")
     true = {LIMIT: {"voltage_v": 2.586485128454045}}
-    found = module.diagnose(record_case(Case(0, 866944933, "single", true), drive), drive)
+    found = diagnose(record_case(Case(0, 866944933, "single", true), drive), drive)
     assert [one.effect for one in found.causes] == [LIMIT]
     assert found.causes[0].confidence > 0.9
     (value,) = found.causes[0].parameters

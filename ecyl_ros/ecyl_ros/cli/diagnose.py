@@ -19,6 +19,7 @@ from .recording_options import add_recording, add_span, read_map, read_span
 
 if TYPE_CHECKING:  # not at run time, to keep `--help` fast
     from ..drive.parameters import DriveParameters
+    from ..drive.rigid.machine import Machine
     from ..gap.diagnosis import Diagnosis
     from ..recording.map import SignalMap
     from ..recording.signals import Recording
@@ -82,7 +83,6 @@ def run(options: argparse.Namespace) -> int:
     read_span(options)  # refused before anything is read
     signal_map = read_map(options)
 
-    from ..gap.effort.twin import EffortDiagnosis, write_effort_twin
     from ..gap.report.page import write_report
     from ..gap.report.scrub import write_scrub
     from ..gap.report.terminal import summary
@@ -103,8 +103,7 @@ def run(options: argparse.Namespace) -> int:
         write_scrub(diagnosis, options.write_mcap)
         written.append(str(options.write_mcap))
     if options.write_drive is not None and diagnosis.closes:
-        write = write_effort_twin if isinstance(diagnosis, EffortDiagnosis) else write_twin
-        write(diagnosis, drive_file, options.write_drive)
+        write_twin(diagnosis, drive_file, options.write_drive)
         written.append(str(options.write_drive))
     print(summary(diagnosis, written))
     if options.write_drive is not None and not diagnosis.closes:
@@ -120,32 +119,23 @@ _LOOKED_THROUGH = 0.2  # share of the work, where a long recording is looked thr
 
 def _judge(options: argparse.Namespace, drive_file: Path) -> Judge:
     """What reads and diagnoses the recording, for the kind of drive that the file describes."""
-    from ..gap.effort.machine import is_machine_file, load_machine
+    from ..drive.model_file import load_model
+    from ..drive.parameters import DriveParameters
 
-    if not is_machine_file(drive_file):
+    drive = load_model(drive_file)
+    if isinstance(drive, DriveParameters):
         if options.mode is not None:
             raise InputError(
                 f"--mode {options.mode:g}: {drive_file} describes a full cylinder; expected a "
                 "drive file with drive.kind, see docs/drive-file.md"
             )
-        from ..drive.drive_file import load_drive
-
-        return functools.partial(_by_replay, options, load_drive(drive_file), str(drive_file))
-    machine = load_machine(drive_file)
-    if options.write_drive is not None and machine.kind == "follower":
+        return functools.partial(_by_replay, options, drive, str(drive_file))
+    if options.write_drive is not None and drive.kind == "follower":
         raise InputError(
             f"--write-drive {options.write_drive}: not for a drive of kind follower; what is known "
             "of it is in the JSON and the report, under what was measured"
         )
-    diagnose: Callable[..., Diagnosis]
-    if machine.kind == "follower":
-        from ..gap.effort.follow import diagnose_follower as diagnose
-    else:
-        from ..gap.effort.judge import diagnose_effort as diagnose
-    weigh = functools.partial(
-        diagnose, machine=machine, mode=options.mode, drive_name=str(drive_file)
-    )
-    return functools.partial(_by_effort, options, weigh)
+    return functools.partial(_by_motion, options, drive, str(drive_file))
 
 
 def _by_replay(
@@ -181,12 +171,14 @@ def _by_replay(
     return _with_notes(diagnosis, found, source)
 
 
-def _by_effort(
+def _by_motion(
     options: argparse.Namespace,
-    weigh: Callable[..., Diagnosis],
+    machine: Machine,
+    drive_name: str,
     signal_map: SignalMap | None,
     progress: Callable[[float], None],
 ) -> Diagnosis:
+    from ..gap.diagnose import diagnose
     from ..gap.screen import LONGEST_S
     from ..recording.load import load_stretch
 
@@ -198,7 +190,15 @@ def _by_effort(
         lambda share: progress(_LOOKED_THROUGH * share),
         read_span(options),
     )
-    return _with_notes(weigh(recording, source=source, progress=progress), recording, source)
+    diagnosis = diagnose(
+        recording,
+        machine,
+        mode=options.mode,
+        source=source,
+        drive_name=drive_name,
+        progress=progress,
+    )
+    return _with_notes(diagnosis, recording, source)
 
 
 def _with_notes(diagnosis: Diagnosis, recording: Recording, source: str) -> Diagnosis:

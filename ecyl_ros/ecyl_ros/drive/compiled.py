@@ -25,7 +25,7 @@ _PACKAGE = Path(__file__).resolve().parents[1]
 
 def _sources_digest() -> str:
     digest = hashlib.sha256()
-    for folder in ("drive", "effects", "gap/study/cylinder", "gap/study/rigid"):
+    for folder in ("drive", "drive/rigid", "effects", "gap/study/cylinder", "gap/study/rigid"):
         for path in sorted((_PACKAGE / folder).glob("*.py")):
             digest.update(path.name.encode() + b"\0" + path.read_bytes())
     return digest.hexdigest()[:16]
@@ -54,3 +54,9 @@ def kernel(function: Callable, *, cache: bool = True) -> Callable:
         return njit(cache=cache, fastmath=False, error_model="numpy", nogil=True)(function)
     finally:
         config.CACHE_DIR = chosen  # type: ignore[attr-defined]
+
+
+def over_arrays(compiled: Callable) -> Callable:
+    """The function behind a kernel written in NumPy: the same law along a whole motion."""
+    function: Callable = compiled.py_func  # type: ignore[attr-defined]
+    return function

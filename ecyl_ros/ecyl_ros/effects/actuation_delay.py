@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 
 from ..drive.parameters import DriveParameters
-from .effect import Effect, Quantity
+from .along import Along
+from .effect import Effect, FloatArray, Quantity
+from .rigid_form import RigidForm, Stem, added
 from .starts import multiples
+from .term import Term, plain
 
 
 def modify(record: np.ndarray, values: Mapping[str, float], drive: DriveParameters) -> None:
@@ -38,4 +42,39 @@ EFFECT = Effect(
         (1.5, 0.7, 2.2, 3.5, 6.0, 15.0),
     ),
     modify=modify,
+)
+
+
+# Less between effort and motion than so many sampling periods is that of sampling and holding: a
+# command is held for a period after it was recorded; a speed is a difference over two.
+LATE = 2.0
+SAMPLING = "within the lag of sampling and holding"
+
+
+def term(along: Along, explained: FloatArray) -> Term:
+    """Effort ahead of a rigid drive's motion (a late actuator), or, negative, recorded behind it.
+
+    explained: effort explained so far, float64[n].
+    """
+    rate_hz = along.motion.rate_hz
+    return Term(
+        effect="actuation_delay",
+        key="delay",
+        columns=np.gradient(explained, 1.0 / rate_hz)[None],
+        parameters=lambda c: (("delay_s", "s", float(c[0])),),
+        values=lambda c: {"delay": float(c[0])},
+        low=(0.0,),
+        alternatives=("measurement_delay",),
+        least=LATE / rate_hz,
+        follows=True,
+    )
+
+
+RIGID = RigidForm(
+    stems=(Stem("delay", "time", -1.0, 1.0, "from effort to motion"),),
+    term=term,
+    tried=lambda along, left: [(left.explained,)],
+    modify=lambda model, values: replace(model, delay_s=model.delay_s + values["delay"]),
+    void=lambda fitted: SAMPLING if fitted.spans[0].value <= fitted.term.least else plain(fitted),
+    merged=added,
 )

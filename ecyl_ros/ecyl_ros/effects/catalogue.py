@@ -7,13 +7,16 @@ import pkgutil
 from types import ModuleType
 
 from .effect import Effect
+from .rigid_form import RigidForm
+
+_SUMS = ("catalogue", "ports", "rigid_ports")  # which are made of what is found here
 
 
 def _modules() -> dict[str, ModuleType]:
     found = {}
     package = __package__ or ""
     for info in pkgutil.iter_modules(importlib.import_module(package).__path__):
-        if info.name in ("catalogue", "effect", "ports", "starts"):
+        if info.name in _SUMS:
             continue
         module = importlib.import_module(f"{package}.{info.name}")
         effect = getattr(module, "EFFECT", None)
@@ -26,4 +29,15 @@ def _modules() -> dict[str, ModuleType]:
 
 
 MODULES: dict[str, ModuleType] = _modules()
-CATALOGUE: dict[str, Effect] = {name: module.EFFECT for name, module in MODULES.items()}
+# Every effect of any machine; those that a full cylinder may have; those of a rigid drive.
+EFFECTS: dict[str, Effect] = {name: module.EFFECT for name, module in MODULES.items()}
+CATALOGUE: dict[str, Effect] = {name: one for name, one in EFFECTS.items() if one.cylinder}
+RIGID: dict[str, RigidForm] = {
+    name: module.RIGID for name, module in MODULES.items() if hasattr(module, "RIGID")
+}
+
+
+def rigid_forms(linear: bool) -> dict[str, RigidForm]:
+    """The effects of a rigid drive with a straight output, or of one that turns."""
+    output = "linear" if linear else "rotary"
+    return {name: form for name, form in RIGID.items() if output in form.outputs}

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-import math
-
 from ..drive.compiled import kernel
+from .along import Along
 from .effect import Effect, Evidence, Quantity, Start, phase
+from .rigid_form import HUGE, RigidForm, Stem
 from .starts import angular_orders, strongest
+from .term import Term
+from .waves import ORDER, nearest_order, over_turn, parts, wave
 
 
 def starts(evidence: Evidence) -> list[Start]:
@@ -16,8 +18,8 @@ def starts(evidence: Evidence) -> list[Start]:
         evidence.torque_nm, angle, angular_orders(angle, 96.0), 4, evidence.time_s * 0.0 + 1.0
     )
     return [
-        {"amplitude_nm": size, "periods_per_rev": order, "phase_rad": shift}
-        for order, size, shift in lines
+        {"amplitude_nm": height, "periods_per_rev": order, "phase_rad": shift}
+        for order, height, shift in lines
     ]
 
 
@@ -39,11 +41,57 @@ EFFECT = Effect(
 )
 
 
+_ONCE = 0.1  # an order this near to 1 is once per turn
+
+
+def term(along: Along, order: float) -> Term:
+    """A sine of a rigid drive's position."""
+    units = along.units
+    return over_turn(
+        along,
+        order,
+        "amplitude",
+        (units.level("amplitude"), units.effort),
+        effect="cogging_torque",
+        key=f"cogging {order:.9g}",
+        alternatives=_once(order, along.turn.name),
+    )
+
+
+def _once(order: float, name: str) -> tuple[str, ...]:
+    """What else makes one line per turn: a scale off its centre, a weight off the axis."""
+    if name == "period_m" or abs(order - 1.0) > _ONCE:
+        return ()
+    screw = name == "periods_per_screw_rev"
+    return ("encoder_eccentricity",) if screw else ("encoder_eccentricity", "gravity_on_arm")
+
+
+RIGID = RigidForm(
+    stems=(Stem("amplitude", "level", 0.0, HUGE, "peak"), *ORDER),
+    term=term,
+    tried=lambda along, left: [(order,) for order in left.orders(None)],
+    shape=lambda along, values, effort: (values["wave"] / along.turn.rate,),
+    coefficients=lambda values: parts(values["amplitude"], values["phase"]),
+    several=True,
+    like=lambda along, left, other: nearest_order(left, other),
+    twins=("torque_ripple", "periodic_disturbance"),
+)
+
+
 @kernel
 def rotor_torque(p, angle, speed, current):
     """A sine of the rotor angle."""
     if p.cogging_torque_amplitude_nm == 0.0:
         return 0.0
-    return p.cogging_torque_amplitude_nm * math.sin(
-        p.cogging_torque_periods_per_rev * angle + p.cogging_torque_phase_rad
+    return wave(
+        p.cogging_torque_amplitude_nm,
+        p.cogging_torque_periods_per_rev,
+        p.cogging_torque_phase_rad,
+        angle,
     )
+
+
+@kernel
+def rigid_load(v, time, position):
+    """A sine of the position; v: amplitude, rad per m or rad, phase."""
+    return wave(v[0], v[1], v[2], position)

@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
+import math
+from dataclasses import replace
+
 import numpy as np
 
 from ..drive.compiled import kernel
+from .along import Along
 from .effect import Effect, Evidence, Quantity, Start
+from .rigid_form import HUGE, RigidForm, Stem, added
 from .starts import direction, regress
+from .term import Term
 
 
 def starts(evidence: Evidence) -> list[Start]:
@@ -34,6 +40,33 @@ EFFECT = Effect(
         ),
     ),
     starts=starts,
+    rarity=1,
+)
+
+
+def term(along: Along) -> Term:
+    """A constant effort; where the motion goes one way only, friction looks the same."""
+    units = along.units
+    rubs = () if along.both_ways else (f"{along.side}_coulomb_friction",)
+    return Term(
+        effect="constant_load",
+        key="constant",
+        columns=along.one[None],
+        parameters=lambda c: ((units.load, units.effort, float(c[0])),),
+        values=lambda c: {"load": float(c[0])},
+        low=(-math.inf,),
+        alternatives=(*rubs, "current_sensor_offset"),
+        mean=True,
+    )
+
+
+RIGID = RigidForm(
+    stems=(Stem("load", "load", -HUGE, HUGE, "positive against positive motion"),),
+    term=term,
+    modify=lambda model, values: replace(model, constant=model.constant + values["load"]),
+    constant=("load.constant_load",) * 2,
+    on_top=True,
+    merged=added,
 )
 
 

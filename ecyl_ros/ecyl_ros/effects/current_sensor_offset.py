@@ -28,6 +28,7 @@ EFFECT = Effect(
         Quantity(name="offset_a", unit="A", low=-1e3, high=1e3, meaning="added to the reading"),
     ),
     starts=starts,
+    rarity=2,
 )
 
 

@@ -3,13 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 
 from ..drive.compiled import kernel
 from ..drive.parameters import DriveParameters
+from ..drive.rigid.model import plus
+from . import constant_load, load_coulomb_friction, load_viscous_friction
+from .along import Along
 from .effect import Effect, Evidence, Quantity, Start, bristle, put_bristle
+from .rigid_form import RigidForm, added, level, per_speed
 from .starts import direction, regress
+from .term import Fitted, Term
 
 
 def starts(evidence: Evidence) -> list[Start]:
@@ -71,6 +77,76 @@ EFFECT = Effect(
         "viscous_positive_nm_s_per_rad",
         "viscous_negative_nm_s_per_rad",
     ),
+)
+
+
+_WITHIN = 1.96  # standard deviations that 95 % of all lie within
+_AT_BOUND = 1e-6  # of the largest coefficient: so near, it is the bound
+_STEMS = (
+    level("coulomb_positive", "level, forwards"),
+    level("coulomb_negative", "level, backwards"),
+    per_speed("viscous_positive", "rise with speed, forwards"),
+    per_speed("viscous_negative", "rise with speed, backwards"),
+)
+
+
+def term(along: Along) -> Term:
+    """Level and rise with speed of a rigid drive, each by direction."""
+    units, speed = along.units, along.motion.velocity
+    stems = [one.name for one in _STEMS]
+    names = [(units.level(one), units.effort) for one in stems[:2]]
+    names += [(units.per_speed(one), units.speed_unit) for one in stems[2:]]
+    return Term(
+        effect="direction_dependent_friction",
+        key="by_direction",
+        columns=np.stack(
+            [along.forwards, along.backwards, np.maximum(speed, 0.0), np.minimum(speed, 0.0)]
+        ),
+        parameters=lambda c: tuple(
+            (name, unit, float(value)) for (name, unit), value in zip(names, c, strict=True)
+        ),
+        values=lambda c: dict(zip(stems, map(float, c), strict=True)),
+        low=tuple(-one for one in (*along.model.coulomb, *along.model.viscous)),
+        refines=(f"{along.side}_coulomb_friction", f"{along.side}_viscous_friction"),
+        holds=("constant_load",),  # its levels are friction plus and less a load
+        # Back EMF bends its values; a difference it does not make.
+        bent_by=("back_emf_error",) if along.machine.actuation == "voltage" else (),
+    )
+
+
+def _gives_way(along: Along, held: bool) -> list[list[Term]]:
+    """Friction of one level and a constant load; alone, neither would have been enough."""
+    pair = [load_coulomb_friction.term(along)]
+    if not held:
+        pair.append(constant_load.term(along))
+    return [pair, [*pair, load_viscous_friction.term(along)]]
+
+
+def _void(fitted: Fitted) -> str:
+    """It has to differ by direction, and to be friction in both."""
+    values, covariance = fitted.values, fitted.covariance()
+    if np.any(values - np.array(fitted.term.low) <= _AT_BOUND * np.abs(values).max()):
+        return "one direction stands at its bound"
+    for one, other in ((0, 1), (2, 3)):
+        gap = values[one] - values[other]
+        spread = covariance[one, one] + covariance[other, other] - 2.0 * covariance[one, other]
+        if abs(gap) > _WITHIN * np.sqrt(max(float(spread), 0.0)):
+            return ""
+    return "it is the same in both directions"
+
+
+RIGID = RigidForm(
+    stems=_STEMS,
+    term=term,
+    tried=lambda along, left: [()] if along.both_ways else [],
+    modify=lambda model, values: replace(
+        model,
+        viscous=plus(model.viscous, values["viscous_positive"], values["viscous_negative"]),
+        coulomb=plus(model.coulomb, values["coulomb_positive"], values["coulomb_negative"]),
+    ),
+    gives_way=_gives_way,
+    void=_void,
+    merged=added,
 )
 
 

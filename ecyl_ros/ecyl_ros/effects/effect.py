@@ -140,6 +140,9 @@ class Effect:
             top of the nominal value, not the value.
         rate: largest rate constant that it brings into the plant, 1/s; integrators step by it where
             the effect's kernel `fast` says that it is so fast.
+        rarity: 0 of what most machines have, one more for every third of those before: where two
+            do nearly as well, what is common goes first.
+        cylinder: whether a full cylinder may have it.
     """
 
     name: str
@@ -156,6 +159,8 @@ class Effect:
     constant: str | None = None
     on_top: bool = False
     rate: Callable[[Mapping[str, float], DriveParameters], float] = _slow
+    rarity: int = 0
+    cylinder: bool = True
 
     def __post_init__(self) -> None:
         if self.block not in BLOCKS:

@@ -9,16 +9,19 @@ import numpy as np
 
 from ..drive.compiled import kernel
 from ..drive.parameters import DriveParameters
-from .effect import Effect, Evidence, Quantity, Start, bristle, put_bristle
+from .along import Along
+from .effect import Effect, Evidence, FloatArray, Quantity, Start, bristle, put_bristle
+from .rigid_form import HUGE, RigidForm, Stem, level
 from .starts import direction, regress
+from .term import Parameters, Term, at_bound, holds_nothing
 
 
 def starts(evidence: Evidence) -> list[Start]:
     """Level and its trend by regression."""
     sign = direction(evidence)
-    level, trend = regress(evidence.torque_nm, -sign, -sign * evidence.time_s)
-    level = max(float(level), 1e-4)
-    return [{"coulomb_nm": level, "rate_per_s": max(float(trend) / level, -0.5)}]
+    size, trend = regress(evidence.torque_nm, -sign, -sign * evidence.time_s)
+    size = max(float(size), 1e-4)
+    return [{"coulomb_nm": size, "rate_per_s": max(float(trend) / size, -0.5)}]
 
 
 def modify(record: np.ndarray, values: Mapping[str, float], drive: DriveParameters) -> None:
@@ -49,6 +52,42 @@ EFFECT = Effect(
     starts=starts,
     modify=modify,
     refines=("rotor_coulomb_friction",),
+    rarity=2,
+)
+
+
+def term(along: Along) -> Term:
+    """A friction level of a rigid drive that changes evenly with time."""
+    units = along.units
+
+    def values(c: FloatArray) -> dict[str, float]:
+        return {"coulomb": float(c[0]), "rate": float(c[1] / c[0]) if c[0] else 0.0}
+
+    def parameters(c: FloatArray) -> Parameters:
+        found = values(c)
+        size = (units.level("coulomb"), units.effort, found["coulomb"])
+        return size, ("rate_per_s", "1/s", found["rate"])
+
+    return Term(
+        effect="friction_drift",
+        key="drift",
+        columns=np.stack([along.sign, along.sign * along.motion.time_s]),
+        parameters=parameters,
+        values=values,
+        low=(-min(along.model.coulomb), -math.inf),
+        refines=(f"{along.side}_coulomb_friction",),
+    )
+
+
+RIGID = RigidForm(
+    stems=(
+        level("coulomb", "level at the first sample"),
+        Stem("rate", "rate", -HUGE, HUGE, "change of the level over it"),
+    ),
+    term=term,
+    tried=lambda along, left: [()] if along.both_ways else [],
+    coefficients=lambda values: (values["coulomb"], values["coulomb"] * values["rate"]),
+    void=lambda fitted: at_bound(fitted) or holds_nothing(fitted.spans[1]),
 )
 
 
@@ -58,3 +97,9 @@ def rotor_friction(p, speed, torque, time):
     if p.friction_drift_coulomb_nm == 0.0:
         return 0.0
     return p.friction_drift_coulomb_nm * math.exp(p.friction_drift_rate_per_s * time)
+
+
+@kernel
+def rigid_level(v, time, position, speed, acceleration):
+    """Level: even in time, as a regression knows it; v: level, its change over it."""
+    return v[0] + v[0] * v[1] * time

@@ -3,21 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 
 from ..drive.compiled import kernel
 from ..drive.parameters import DriveParameters
+from ..drive.rigid.model import plus
+from .along import Along
 from .effect import Effect, Evidence, Quantity, Start, bristle, put_bristle
+from .rigid_form import RigidForm, added, level
 from .starts import direction, regress
+from .term import Term
 
 
 def starts(evidence: Evidence) -> list[Start]:
     """The step that the unexplained torque makes with the direction of motion."""
-    level = -float(
+    size = -float(
         regress(evidence.torque_nm, direction(evidence), np.ones_like(evidence.time_s))[0]
     )
-    return [{"coulomb_nm": max(level, 1e-4) * factor} for factor in (1.0, 0.4, 2.0)]
+    return [{"coulomb_nm": max(size, 1e-4) * factor} for factor in (1.0, 0.4, 2.0)]
 
 
 def modify(record: np.ndarray, values: Mapping[str, float], drive: DriveParameters) -> None:
@@ -40,6 +45,32 @@ EFFECT = Effect(
     ),
     starts=starts,
     modify=modify,
+)
+
+
+def term(along: Along) -> Term:
+    """Friction of one level in a rigid drive, on its rotor where it turns."""
+    name, unit = along.units.level("coulomb"), along.units.effort
+    return Term(
+        effect=f"{along.side}_coulomb_friction",
+        key="coulomb",
+        columns=along.sign[None],
+        parameters=lambda c: ((name, unit, float(c[0])),),
+        values=lambda c: {"coulomb": float(c[0])},
+        low=(-min(along.model.coulomb),),
+        alternatives=() if along.both_ways else ("constant_load", "current_sensor_offset"),
+        mean=not along.both_ways,
+    )
+
+
+RIGID = RigidForm(
+    outputs=("linear",),
+    stems=(level("coulomb", "friction level"),),
+    term=term,
+    modify=lambda model, values: replace(model, coulomb=plus(model.coulomb, values["coulomb"])),
+    constant=("load.coulomb_friction",) * 2,
+    on_top=True,
+    merged=added,
 )
 
 

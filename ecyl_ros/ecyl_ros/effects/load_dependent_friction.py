@@ -8,8 +8,12 @@ import numpy as np
 
 from ..drive.compiled import kernel
 from ..drive.parameters import DriveParameters
+from ..drive.rigid.model import Model
+from .along import Along
 from .effect import Effect, Evidence, Quantity, Start, bristle, put_bristle
+from .rigid_form import HUGE, RigidForm, Stem, Values, added
 from .starts import direction, regress
+from .term import Term
 
 
 def starts(evidence: Evidence) -> list[Start]:
@@ -42,6 +46,49 @@ EFFECT = Effect(
     ),
     starts=starts,
     modify=modify,
+    rarity=2,
+)
+
+
+def term(along: Along, shared: bool) -> Term:
+    """Friction in proportion to the load carried: to what inertia and constant load ask.
+
+    shared: over the nominal load; by the acceleration alone where no inertia is known.
+    """
+    model, acceleration = along.model, along.motion.acceleration
+    inertia = model.keys.inertia or (model.inertia or 0.0)
+    carried = (
+        np.abs(inertia * acceleration + model.keys.constant) if shared else np.abs(acceleration)
+    )
+    name, unit = ("coefficient", "1") if shared else along.units.inertia
+    stem = "share" if shared else "inertia"
+    return Term(
+        effect="load_dependent_friction",
+        key="load friction",
+        columns=(along.sign * carried)[None],
+        parameters=lambda c: ((name, unit, float(c[0])),),
+        values=lambda c: {stem: float(c[0])},
+        low=(0.0,),
+    )
+
+
+def _packed(values: Values, model: Model) -> tuple[float, ...]:
+    if "inertia" in values:
+        return values["inertia"], 1.0, 0.0
+    return values["share"], model.keys.inertia or (model.inertia or 0.0), model.keys.constant
+
+
+RIGID = RigidForm(
+    stems=(
+        Stem("share", "coefficient", 0.0, 10.0, "level over the nominal load carried", either=True),
+        Stem("inertia", "inertia", 0.0, HUGE, "level over the acceleration", either=True),
+    ),
+    term=term,
+    tried=lambda along, left: [(along.known_inertia,)] if along.both_ways else [],
+    shape=lambda along, values, effort: ("share" in values,),
+    coefficients=lambda values: tuple(values.values()),
+    packed=_packed,
+    merged=lambda old, new, along: added(old, new, along) if new.keys() == old.keys() else None,
 )
 
 
@@ -49,3 +96,9 @@ EFFECT = Effect(
 def load_friction(p, speed, torque, angle, time):
     """Level: a share of what is transmitted."""
     return p.load_dependent_friction_coefficient * abs(torque)
+
+
+@kernel
+def rigid_level(v, time, position, speed, acceleration):
+    """Level: a share of what inertia and constant load ask; v: share, inertia, constant load."""
+    return v[0] * abs(v[1] * acceleration + v[2])

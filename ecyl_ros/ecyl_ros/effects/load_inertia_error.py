@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 
 from ..drive.parameters import DriveParameters
+from .along import Along
 from .effect import Effect, Quantity
+from .rigid_form import HUGE, RigidForm, Stem
 from .starts import multiples
+from .term import Fitted, Term, holds_nominal
 
 
 def modify(record: np.ndarray, values: Mapping[str, float], drive: DriveParameters) -> None:
@@ -37,4 +41,45 @@ EFFECT = Effect(
     modify=modify,
     neutral=lambda drive: drive.load.inertia,
     constant="load.inertia",
+)
+
+
+def term(along: Along) -> Term:
+    """The inertia of a rigid drive, which is that of its rotor where it turns."""
+    model = along.model
+    nominal = model.inertia or 0.0
+    name, unit = along.units.inertia
+    bare = not (any(model.viscous) or any(model.coulomb) or model.constant)
+    scaled = along.machine.gain not in (None, 1.0) and bare and along.known_inertia
+    return Term(
+        effect=f"{along.side}_inertia_error",
+        key="inertia",
+        columns=along.motion.acceleration[None],
+        parameters=lambda c: ((name, unit, nominal + float(c[0])),),
+        values=lambda c: {"inertia": float(c[0])},
+        low=(-nominal,),
+        alternatives=("torque_constant_error",) if scaled else (),
+    )
+
+
+def _void(fitted: Fitted) -> str:
+    span = fitted.spans[0]
+    if span.low <= 0.0:
+        return f"its interval, {span.low:.3g} to {span.high:.3g}, holds 0"
+    return holds_nominal(span, fitted.along.model.inertia or 0.0)
+
+
+RIGID = RigidForm(
+    outputs=("linear",),
+    stems=(Stem("inertia", "inertia", 1e-12, HUGE, "all that moves, in place of the nominal one"),),
+    term=term,
+    tried=lambda along, left: [()] if along.known_inertia else [],
+    modify=lambda model, values: replace(
+        model, inertia=(model.inertia or 0.0) + values["inertia"] - model.keys.inertia
+    ),
+    constant=("load.mass", "load.inertia"),
+    void=_void,
+    merged=lambda old, new, along: {
+        "inertia": old.get("inertia", along.model.keys.inertia) + new["inertia"]
+    },
 )

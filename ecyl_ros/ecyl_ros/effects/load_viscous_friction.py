@@ -3,12 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 
 from ..drive.parameters import DriveParameters
+from ..drive.rigid.model import plus
+from . import constant_load, load_coulomb_friction
+from .along import Along
 from .effect import Effect, Evidence, Quantity, Start
+from .rigid_form import RigidForm, added, per_speed
 from .starts import regress
+from .term import Fitted, Term, at_bound, plain
 
 
 def modify(record: np.ndarray, values: Mapping[str, float], drive: DriveParameters) -> None:
@@ -42,4 +48,41 @@ EFFECT = Effect(
     modify=modify,
     constant="load.viscous_friction",
     on_top=True,
+)
+
+
+_INFLATED = 10.0  # beyond so much variance inflation columns count as one (Marquardt, 1970)
+
+
+def term(along: Along) -> Term:
+    """Friction of a rigid drive in proportion to speed, on its rotor where it turns."""
+    name, unit = along.units.per_speed("viscous"), along.units.speed_unit
+    by_voltage = along.machine.actuation == "voltage"
+    return Term(
+        effect=f"{along.side}_viscous_friction",
+        key="viscous",
+        columns=along.motion.velocity[None],
+        parameters=lambda c: ((name, unit, float(c[0])),),
+        values=lambda c: {"viscous": float(c[0])},
+        low=(-min(along.model.viscous),),
+        alternatives=("back_emf_error",) if by_voltage else (),
+    )
+
+
+def _void(fitted: Fitted) -> str:
+    level = [load_coulomb_friction.term(fitted.along), constant_load.term(fitted.along)]
+    if not at_bound(fitted) and fitted.inflation(level) > _INFLATED:
+        return "the speed varies too little to tell it from friction of one level or a constant"
+    return plain(fitted)
+
+
+RIGID = RigidForm(
+    outputs=("linear",),
+    stems=(per_speed("viscous", "friction in proportion to speed"),),
+    term=term,
+    modify=lambda model, values: replace(model, viscous=plus(model.viscous, values["viscous"])),
+    constant=("load.viscous_friction",) * 2,
+    on_top=True,
+    void=_void,
+    merged=added,
 )

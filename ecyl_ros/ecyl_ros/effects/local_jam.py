@@ -9,8 +9,11 @@ import numpy as np
 
 from ..drive.compiled import kernel
 from ..drive.parameters import DriveParameters
+from .along import Along
 from .effect import Effect, Evidence, Quantity, Start, bristle, put_bristle
+from .rigid_form import RigidForm, Stem, level
 from .starts import direction
+from .term import Term
 
 
 def starts(evidence: Evidence) -> list[Start]:
@@ -79,6 +82,45 @@ EFFECT = Effect(
     starts=starts,
     modify=modify,
     refines=("load_coulomb_friction", "rotor_coulomb_friction"),
+    rarity=2,
+)
+
+
+_EDGE = 0.1  # of its width, over which it sets in
+_PLACE = 0.1  # of its width: the places along the travel that it is searched in
+
+
+def term(along: Along, middle: float, width: float) -> Term:
+    """Drag against the motion on one part of a rigid drive's travel."""
+    units, end = along.units, along.units.end
+    distance = np.abs(along.motion.position - middle)
+    inside = 0.5 * (1.0 - np.tanh((distance - 0.5 * width) / (_EDGE * width)))
+    fixed = {f"position_{end}": middle, f"width_{end}": width}
+    return Term(
+        effect="local_jam",
+        key=f"jam {middle:.6g} {width:.6g}",
+        columns=(along.sign * inside)[None],
+        parameters=lambda c: (
+            (units.level("coulomb"), units.effort, float(c[0])),
+            *((name, end, value) for name, value in fixed.items()),
+        ),
+        values=lambda c: {"coulomb": float(c[0]), "position": middle, "width": width},
+        low=(0.0,),
+        fixed=fixed,
+        steps=dict.fromkeys(fixed, _PLACE * width),
+    )
+
+
+RIGID = RigidForm(
+    stems=(
+        level("coulomb", "drag against the motion"),
+        Stem("position", "position", -1e6, 1e6, "middle of the part"),
+        Stem("width", "position", 1e-9, 1e6, "length of the part"),
+    ),
+    term=term,
+    tried=lambda along, left: [found] if (found := left.window())[1] > 0.0 else [],
+    shape=lambda along, values, effort: (values["position"], values["width"]),
+    coefficients=lambda values: (values["coulomb"],),
 )
 
 
@@ -92,3 +134,10 @@ def load_friction(p, speed, torque, angle, time):
     rise = math.tanh((distance + half) / p.local_jam_edge_m)
     fall = math.tanh((distance - half) / p.local_jam_edge_m)
     return 0.5 * p.local_jam_coulomb_nm * (rise - fall)
+
+
+@kernel
+def rigid_level(v, time, position, speed, acceleration):
+    """Level: flat over the width, its edges in proportion to it; v: level, middle, width."""
+    inside = (abs(position - v[1]) - 0.5 * v[2]) / (_EDGE * v[2])
+    return 0.5 * v[0] * (1.0 - math.tanh(inside))

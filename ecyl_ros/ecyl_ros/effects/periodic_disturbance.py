@@ -7,8 +7,12 @@ import math
 import numpy as np
 
 from ..drive.compiled import kernel
+from .along import Along
 from .effect import Effect, Evidence, Quantity, Start, phase
+from .rigid_form import HUGE, RigidForm, Stem
 from .starts import strongest
+from .term import Term
+from .waves import parts, phase_stem, sine, wave
 
 
 def starts(evidence: Evidence) -> list[Start]:
@@ -25,11 +29,11 @@ def starts(evidence: Evidence) -> list[Start]:
     lines = strongest(error, time, rates, 3, np.ones_like(time))
     return [
         {
-            "amplitude_n": size * per_error / ratio,
+            "amplitude_n": height * per_error / ratio,
             "frequency_hz": rate / (2.0 * math.pi),
             "phase_rad": shift,
         }
-        for rate, size, shift in lines
+        for rate, height, shift in lines
     ]
 
 
@@ -45,6 +49,40 @@ EFFECT = Effect(
         phase("of the sine at the first sample"),
     ),
     starts=starts,
+    rarity=2,
+)
+
+
+def term(along: Along, frequency_hz: float) -> Term:
+    """A sine of time on a rigid drive."""
+    units, time_s = along.units, along.motion.time_s
+    return sine(
+        math.tau * frequency_hz * time_s,
+        "amplitude",
+        (units.level("amplitude"), units.effort),
+        found=(("frequency_hz", "Hz", frequency_hz),),
+        stems={"frequency": frequency_hz},
+        effect="periodic_disturbance",
+        key=f"disturbance {frequency_hz:.9g}",
+        extent=float(np.ptp(time_s[along.motion.usable])),
+        rate=frequency_hz,
+        over_time=True,
+    )
+
+
+RIGID = RigidForm(
+    stems=(
+        Stem("amplitude", "level", 0.0, HUGE, "peak"),
+        Stem("frequency", "frequency", 1e-4, 1e6, "its frequency"),
+        phase_stem("the first sample"),
+    ),
+    term=term,
+    tried=lambda along, left: [(frequency_hz,) for frequency_hz in left.lines()],
+    shape=lambda along, values, effort: (values["frequency"],),
+    coefficients=lambda values: parts(values["amplitude"], values["phase"]),
+    several=True,
+    like=lambda along, left, other: (left.nearest(other, True),),
+    twins=("cogging_torque",),
 )
 
 
@@ -53,8 +91,12 @@ def load_torque(p, time, angle, speed):
     """A sine of time."""
     if p.periodic_disturbance_amplitude_n == 0.0:
         return 0.0
-    swing = math.sin(
-        2.0 * math.pi * p.periodic_disturbance_frequency_hz * time
-        + p.periodic_disturbance_phase_rad
-    )
+    rate = 2.0 * math.pi * p.periodic_disturbance_frequency_hz
+    swing = wave(1.0, rate, p.periodic_disturbance_phase_rad, time)
     return p.periodic_disturbance_amplitude_n * p.rod_per_rotor * swing
+
+
+@kernel
+def rigid_load(v, time, position):
+    """A sine of time; v: amplitude, Hz, phase."""
+    return wave(v[0], 2.0 * math.pi * v[1], v[2], time)

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 
 from ..drive.compiled import kernel
 from ..drive.parameters import DriveParameters
+from . import load_coulomb_friction
 from .effect import Effect, Evidence, Quantity, Start, bristle, put_bristle
 from .starts import direction, regress
 
@@ -41,6 +43,10 @@ EFFECT = Effect(
     starts=starts,
     modify=modify,
 )
+
+
+# A drive of one inertia that turns has on its rotor what a straight one has on its load.
+RIGID = replace(load_coulomb_friction.RIGID, outputs=("rotary",))
 
 
 @kernel

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 
 from ..drive.parameters import DriveParameters
+from . import load_inertia_error
 from .effect import Effect, Quantity
 from .starts import multiples
 
@@ -38,3 +40,7 @@ EFFECT = Effect(
     neutral=lambda drive: drive.motor.rotor_inertia,
     constant="motor.rotor_inertia",
 )
+
+
+# A drive of one inertia that turns has on its rotor what a straight one has on its load.
+RIGID = replace(load_inertia_error.RIGID, outputs=("rotary",))

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 
 from ..drive.parameters import DriveParameters
+from . import load_viscous_friction
 from .effect import Effect, Evidence, Quantity, Start
 from .starts import regress
 
@@ -43,3 +45,7 @@ EFFECT = Effect(
     constant="motor.viscous_friction",
     on_top=True,
 )
+
+
+# A drive of one inertia that turns has on its rotor what a straight one has on its load.
+RIGID = replace(load_viscous_friction.RIGID, outputs=("rotary",))

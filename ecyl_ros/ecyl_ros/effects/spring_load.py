@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
+import math
+from dataclasses import replace
+
 import numpy as np
 
 from ..drive.compiled import kernel
+from .along import Along
 from .effect import Effect, Evidence, Quantity, Start
+from .rigid_form import HUGE, RigidForm, Stem
 from .starts import regress
+from .term import Term
 
 
 def starts(evidence: Evidence) -> list[Start]:
@@ -27,6 +33,47 @@ EFFECT = Effect(
         Quantity(name="stiffness_n_per_m", unit="N/m", low=0.0, high=1e10, meaning="at the rod"),
     ),
     starts=starts,
+    rarity=2,
+)
+
+
+def term(along: Along, slope: bool = False) -> Term:
+    """An effort in proportion to position; its rest position goes into a constant.
+
+    slope: of either sign, as a weight is over a small travel.
+    """
+    units, position = along.units, along.motion.position
+    name, unit = units.per_position("stiffness"), f"{units.effort}/{units.end}"
+    middle = float(np.median(position[along.motion.usable]))
+    return Term(
+        effect="spring_load",
+        key="slope" if slope else "spring",
+        columns=np.stack([position - middle, along.one]),
+        parameters=lambda c: ((name, unit, float(c[0])),),
+        values=lambda c: {
+            "stiffness": float(c[0]),
+            "rest": middle - float(c[1] / c[0]) if c[0] else 0.0,
+        },
+        low=(-math.inf if slope else -along.model.stiffness, -math.inf),
+        refines=("constant_load",),
+        mean=True,
+    )
+
+
+RIGID = RigidForm(
+    stems=(
+        Stem("stiffness", "per_position", -HUGE, HUGE, "spring rate"),
+        Stem("rest", "position", -HUGE, HUGE, "where it is slack", default=0.0),
+    ),
+    term=term,
+    modify=lambda model, values: replace(
+        model,
+        stiffness=model.stiffness + values["stiffness"],
+        constant=model.constant - values["stiffness"] * values["rest"],
+    ),
+    like=lambda along, left, other: (True,),
+    constant=("load.stiffness",) * 2,
+    on_top=True,
 )
 
 

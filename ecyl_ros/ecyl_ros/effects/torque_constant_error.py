@@ -7,8 +7,11 @@ from collections.abc import Mapping
 import numpy as np
 
 from ..drive.parameters import DriveParameters
+from .along import Along
 from .effect import Effect, Quantity
+from .rigid_form import HUGE, RigidForm, Stem, Values
 from .starts import multiples
+from .term import Term, holds_nominal
 
 
 def modify(record: np.ndarray, values: Mapping[str, float], drive: DriveParameters) -> None:
@@ -40,4 +43,40 @@ EFFECT = Effect(
     modify=modify,
     neutral=lambda drive: drive.motor.torque_constant,
     constant="motor.torque_constant",
+)
+
+
+def term(along: Along) -> Term:
+    """Another gain of a rigid drive: what the file's keys ask, scaled."""
+    ratio, gain = along.model.ratio, along.machine.gain or 1.0
+    name, unit = along.units.gain(along.machine.actuation == "voltage")
+    return Term(
+        effect="torque_constant_error",
+        key="gain",
+        columns=along.keys_effort()[None],
+        parameters=lambda c: ((name, unit, gain / (ratio + float(c[0]))),),
+        values=lambda c: {"ratio": float(c[0])},
+        low=(-0.9 * ratio,),
+    )
+
+
+def _merged(old: Values, new: Values, along: Along) -> Values:
+    stem = "per_volt" if along.machine.actuation == "voltage" else "per_ampere"
+    return {stem: (along.machine.gain or 1.0) / (along.model.ratio + new["ratio"])}
+
+
+RIGID = RigidForm(
+    stems=(
+        Stem("per_ampere", "gain", 1e-9, HUGE, "true one", either=True),
+        Stem("per_volt", "gain", 1e-9, HUGE, "true one", either=True),
+    ),
+    term=term,
+    tried=lambda along, left: (
+        [()] if along.machine.gain not in (None, 1.0) and along.known_inertia else []
+    ),
+    modify=lambda model, values: model,  # by its ratio
+    ratio=lambda values, gain: gain / next(iter(values.values())),
+    constant=("actuation.gain",) * 2,
+    void=lambda fitted: holds_nominal(fitted.spans[0], fitted.along.machine.gain or 1.0),
+    merged=_merged,
 )

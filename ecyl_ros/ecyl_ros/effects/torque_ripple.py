@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
-import math
+from dataclasses import replace
 
 from ..drive.compiled import kernel
-from .effect import Effect, Evidence, Quantity, Start, phase
+from .along import Along
+from .effect import Effect, Evidence, FloatArray, Quantity, Start, phase
+from .rigid_form import RigidForm, Stem
 from .starts import angular_orders, strongest
+from .term import Term
+from .waves import ORDER, nearest_order, over_turn, parts, wave
 
 
 def starts(evidence: Evidence) -> list[Start]:
@@ -15,8 +19,8 @@ def starts(evidence: Evidence) -> list[Start]:
     motor_torque = evidence.drive.motor.torque_constant * evidence.current_a
     lines = strongest(evidence.torque_nm, angle, angular_orders(angle, 96.0), 4, motor_torque)
     return [
-        {"fraction": min(size, 1.0), "periods_per_rev": order, "phase_rad": shift}
-        for order, size, shift in lines
+        {"fraction": min(share, 1.0), "periods_per_rev": order, "phase_rad": shift}
+        for order, share, shift in lines
     ]
 
 
@@ -37,6 +41,38 @@ EFFECT = Effect(
         phase("of the sine at rotor angle zero"),
     ),
     starts=starts,
+    rarity=2,
+)
+
+
+def term(along: Along, order: float, effort: FloatArray) -> Term:
+    """A sine of a rigid drive's position times `effort`, float64[n]: what is explained so far.
+
+    Not what was measured, which holds what is to be explained.
+    """
+    share = over_turn(
+        along,
+        order,
+        "fraction",
+        ("fraction", "1"),
+        effect="torque_ripple",
+        key=f"ripple {order:.9g}",
+        follows=True,
+        again=lambda explained: term(along, order, explained),
+    )
+    return replace(share, columns=effort * share.columns)
+
+
+RIGID = RigidForm(
+    stems=(Stem("fraction", "share", 0.0, 1.0, "peak share of effort"), *ORDER),
+    term=term,
+    tried=lambda along, left: [(order, left.explained) for order in left.orders(left.explained)],
+    shape=lambda along, values, effort: (values["wave"] / along.turn.rate, effort),
+    coefficients=lambda values: parts(values["fraction"], values["phase"]),
+    of_effort=True,
+    several=True,
+    like=lambda along, left, other: (*nearest_order(left, other), left.explained),
+    twins=("cogging_torque", "periodic_disturbance"),
 )
 
 
@@ -45,7 +81,16 @@ def rotor_torque(p, angle, speed, current):
     """The motor's torque times a sine of the rotor angle."""
     if p.torque_ripple_fraction == 0.0:
         return 0.0
-    share = p.torque_ripple_fraction * math.sin(
-        p.torque_ripple_periods_per_rev * angle + p.torque_ripple_phase_rad
+    share = wave(
+        p.torque_ripple_fraction,
+        p.torque_ripple_periods_per_rev,
+        p.torque_ripple_phase_rad,
+        angle,
     )
     return p.torque_constant * current * share
+
+
+@kernel
+def rigid_share(v, position):
+    """A sine of the position; v: fraction, rad per m or rad, phase."""
+    return wave(v[0], v[1], v[2], position)

@@ -1,53 +1,43 @@
 """`diagnose`: a recording and a nominal drive in, where the gap lies, what causes it, how far it
-shrinks out."""
+shrinks out.
+
+Each kind of drive is judged by what is known of it: a full cylinder by replay in closed loop, a
+rigid drive by the effort that its motion needs, a follower by how it follows.
+"""
 
 from __future__ import annotations
 
+import dataclasses
 import time
-from collections.abc import Callable, Collection, Sequence
-
-import numpy as np
+from collections.abc import Callable, Collection, Mapping
+from typing import Any
 
 from ..drive.parameters import DriveParameters
-from ..drive.stability import check_stability
-from ..effects.catalogue import CATALOGUE
+from ..drive.rigid.machine import Machine
+from ..effects.catalogue import CATALOGUE, rigid_forms
 from ..errors import InputError
 from ..recording.signals import Recording
-from .block import unnamed_block
-from .clear import without_unclear
-from .coincidence import Coincidence, without_coincidence
-from .compete import Competition, compete
-from .constancy import Inconstancy, without_effects, without_stand_ins
-from .diagnosis import Candidate, Cause, Diagnosis, FittedParameter, Series, SheetValue
-from .earn import AT_FLOOR, EXCUSED, at_noise, gone
-from .fit import Fit, Fitter
-from .intervals import intervals
-from .locate import by_condition, by_frequency, by_port, by_signal, pooled
-from .replay import BoolArray, Replay
-from .robust import misfit
-from .split import held_out_of
-from .tolerance import without_traces
-from .verdict import (
-    EXPLAINED_SHRINK,
-    HELPS,
-    NAMED,
-    STRUCTURELESS,
-    alternatives,
-    at_floor,
-    confidence,
-    ratios,
-    standing,
-)
+from .cylinder import diagnose_cylinder
+from .diagnosis import Diagnosis
+from .follower import diagnose_follower
+from .rigid.diagnose import diagnose_rigid
 
-SHORTEST_S = 1.5
-_SEEN = 0.8  # tolerances: an interval as wide as the sheet's says nothing new
+_SHORTEST_S, _SHORTEST_RIGID_S = 1.5, 3.0
+
+
+def effects_of(drive: DriveParameters | Machine) -> Mapping[str, Any]:
+    """The effects, by name, that compete for the gap of a drive of this kind."""
+    if isinstance(drive, DriveParameters):
+        return CATALOGUE
+    return {} if drive.kind == "follower" else rigid_forms(drive.linear)
 
 
 def diagnose(
     recording: Recording,
-    drive: DriveParameters,
+    drive: DriveParameters | Machine,
     *,
     without: Collection[str] = (),
+    mode: float | None = None,
     source: str = "recording",
     drive_name: str = "drive",
     progress: Callable[[float], None] | None = None,
@@ -56,263 +46,39 @@ def diagnose(
 
     Args:
         recording: of the real drive.
-        drive: the nominal model.
+        drive: the nominal model, as far as it is known.
         without: effects that the diagnosis must do without.
+        mode: judge only the samples whose recorded mode has this value (rigid drives, followers).
         source, drive_name: what messages call the two.
         progress: called now and then with the share done, 0 to 1.
 
     Raises:
-        InputError: unusable input: nothing to replay or compare, too short, an unstable loop, an
-            effect in `without` that does not exist.
+        InputError: unusable input: nothing to compare, too short, no motion, no such mode, an
+            unstable loop, an effect in `without` that does not exist.
     """
     begin = time.perf_counter()
-    unknown = sorted(set(without) - set(CATALOGUE))
+    known = effects_of(drive)
+    unknown = sorted(set(without) - set(known))
     if unknown:
-        raise InputError(f"no effect called {unknown[0]}; expected one of {', '.join(CATALOGUE)}")
-    check_stability(drive, drive_name)
-    if len(recording) and recording.duration_s < SHORTEST_S:
+        raise InputError(f"no effect called {unknown[0]}; expected one of {', '.join(known)}")
+    full = isinstance(drive, DriveParameters)
+    shortest = _SHORTEST_S if full else _SHORTEST_RIGID_S
+    if len(recording) and recording.duration_s < shortest:
         raise InputError(
-            f"{source}: {recording.duration_s:.3g} s long, expected at least {SHORTEST_S:g} s to "
+            f"{source}: {recording.duration_s:.3g} s long, expected at least {shortest:g} s to "
             "fit on one part and judge on another"
         )
-    replay = Replay(recording, drive, source)
-    fitter = Fitter(replay, held_out_of(replay.time_s, replay.gap({}), replay.usable))
-    nominal = fitter.nominal
     tell = progress or (lambda share: None)
-    tell(0.02)
-    no_gap = at_floor(nominal, replay)
-    remarks: list[str] = []
-    if no_gap:
-        competition = Competition(nominal, nominal, (), nominal, (), {})
-    else:
-        names = [name for name in CATALOGUE if name not in without]
-        competition = compete(
-            fitter, nominal, names, lambda stage, share: tell(0.02 + 0.93 * share)
-        )
-        competition, odd = without_stand_ins(competition, fitter)
-        competition, alike = without_coincidence(competition, fitter)
-        remarks = [_stand_in(one) for one in odd] + ([_coincide(alike)] if alike else [])
-        for sort_out in (without_unclear, without_traces, _without_unsure):
-            competition, said = sort_out(competition, fitter)
-            remarks += said
-    result = _assemble(replay, fitter, competition, remarks, no_gap, source, drive_name, begin)
-    tell(1.0)
-    return result
-
-
-def _without_unsure(competition: Competition, fitter: Fitter) -> tuple[Competition, list[str]]:
-    """The competition without causes that others fit as well as, beside causes that are sure."""
-    names = competition.winner.names
-    others = {name: alternatives(competition, name) for name in names}
-    unsure = [name for name in names if others[name]]
-    if not 0 < len(unsure) < len(names):
-        return competition, []
-    notes = []
-    for name in unsure:
-        titles = " or ".join(CATALOGUE[one].title for one in (name, *others[name]))
-        notes.append(f"{titles} would come nearer still, one as well as the other")
-    return without_effects(competition, fitter, unsure), notes
-
-
-def _steps(fitter: Fitter, competition: Competition) -> list[Fit]:
-    """Fits as the causes are added in the order they earn their place, from the last back."""
-    chain = [competition.winner]
-    while len(chain[0].names) > 1:
-        full = chain[0]
-        options = []
-        for name in full.names:
-            rest = {key: value for key, value in full.values.items() if key != name}
-            known = competition.leave_one_out.get(name) if full is competition.winner else None
-            options.append(known or fitter.fit(fitter.evaluate(rest, full.pulls), steps=4))
-        chain.insert(0, min(options, key=lambda one: one.judged))
-    return chain
-
-
-def _assemble(
-    replay: Replay,
-    fitter: Fitter,
-    competition: Competition,
-    remarks: Sequence[str],
-    no_gap: bool,
-    source: str,
-    drive_name: str,
-    begin: float,
-) -> Diagnosis:
-    nominal, winner, alone = competition.nominal, competition.winner, competition.sheet
-    within_sheet = not no_gap and alone is not nominal and at_noise(fitter, alone)
-    held: BoolArray = fitter.held
-
-    def in_all(fit: Fit) -> float:
-        return pooled(replay, np.array(ratios(fit, held)))
-
-    white = pooled(replay, np.ones(len(replay.signals)))
-    before = in_all(nominal)
-    perfect = fitter.perfect_with(winner.values)
-    place = standing(competition, perfect)
-    notes = [*replay.notes, *remarks]
-    causes: list[Cause] = []
-    chain = _steps(fitter, competition) if winner.names else []
-    noise = fitter.noise_with(winner.values)
-    floor = pooled(replay, noise)
-    surplus = max(before - floor, 1e-12)
-    if winner.names:
-        order: list[str] = []
-        for fit in chain:
-            order += [name for name in fit.names if name not in order]
-        spans, _ = intervals(winner, fitter.rows, replay.time_s, fitter.sheet)
-        previous = in_all(alone)
-        for name, fit in zip(order, chain, strict=True):
-            now = in_all(fit)
-            others = alternatives(competition, name)
-            sure = confidence(place, len(others))
-            rest = in_all(competition.leave_one_out[name])
-            effect = CATALOGUE[name]
-            parameters = []
-            for quantity in effect.reported:
-                value = winner.values[name][quantity.name]
-                low, high = spans.get((name, quantity.name), (value, value))
-                bound = f"{name}.{quantity.name}" in winner.bounds_hit
-                parameters.append(
-                    FittedParameter(quantity.name, quantity.unit, value, low, high, bound)
-                )
-                if bound:
-                    notes.append(f"{name}: {quantity.name} stands at the bound of its fit")
-            causes.append(
-                Cause(
-                    effect=name,
-                    block=effect.block,
-                    title=effect.title,
-                    confidence=sure,
-                    parameters=tuple(parameters),
-                    shrink=min(1.0, (previous - now) / surplus),
-                    shrink_alone_lost=min(1.0, (rest - in_all(winner)) / surplus),
-                    alternatives=others,
-                    excitation=effect.excitation,
-                )
+    named: dict[str, Any] = {"source": source, "drive_name": drive_name, "tell": tell}
+    if isinstance(drive, DriveParameters):
+        if mode is not None:
+            raise InputError(
+                f"{drive_name}: a full cylinder is judged in all modes; expected no mode ({mode:g})"
             )
-            previous = now
-    named = bool(causes) and min(one.confidence for one in causes) >= NAMED
-    helps = (in_all(alone) - in_all(winner)) >= HELPS * (in_all(alone) - white)
-    # A few impacts that noise has moved may stand for most of the RMS, and hide what is gone.
-    helps = helps or (place.left <= AT_FLOOR and gone(fitter, winner) >= EXCUSED)
-    named = named and helps
-    if causes and not named:
-        tried = ", ".join(one.title for one in causes)
-        notes.append(f"closest in the catalogue, but too unlike to be named: {tried}")
-    if not named:
-        noise, floor = np.ones(len(replay.signals)), white
-        surplus = max(before - floor, 1e-12)
-    elif floor > white:
-        notes.append(
-            f"with {' and '.join(one.title for one in causes)} the loop makes more of the noise: "
-            f"a perfect model would leave {floor / white:.1f} times the noise of the sensors"
-        )
-    final = winner if named else alone
-    after = in_all(final)
-    shrink = (before - after) / surplus if named or within_sheet else 0.0
-    shrink = max(0.0, min(1.0, shrink))
-    found = replay.at(fitter.sheet.constants(final.pulls))
-    ports = by_port(found)
-    block: str | None
-    if no_gap:
-        verdict, block = "no_gap", None
-    elif within_sheet:
-        verdict, block = "within_sheet", None
-    elif not named:
-        verdict, block = "unexplained", unnamed_block(competition, ports, found)
-    elif shrink >= EXPLAINED_SHRINK and misfit(winner.left) / perfect <= STRUCTURELESS:
-        verdict, block = "explained", causes[0].block
+        result = diagnose_cylinder(recording, drive, without=without, **named)
+    elif drive.kind == "follower":
+        result = diagnose_follower(recording, drive, mode=mode, **named)
     else:
-        verdict, block = "partly_explained", causes[0].block
-    candidates = [
-        Candidate(one.names, misfit(one.fitted), misfit(one.judged)) for one in _ranked(competition)
-    ]
-    return Diagnosis(
-        source=source,
-        drive=drive_name,
-        verdict=verdict,
-        block=block,
-        signals=by_signal(replay, nominal, final, noise, held),
-        when=by_condition(replay, nominal.gap) if not no_gap else (),
-        frequency_hz=by_frequency(replay, nominal.gap) if not no_gap else (),
-        ports=ports,
-        causes=tuple(causes) if named else (),
-        before=before,
-        after=after,
-        floor=floor,
-        shrink=shrink,
-        steps=tuple(in_all(fit) for fit in chain) if named else (),
-        candidates=tuple(candidates),
-        notes=tuple(notes),
-        values={name: dict(given) for name, given in final.values.items()},
-        series=Series(
-            replay.time_s,
-            replay.reference_m,
-            replay.recorded,
-            replay.simulate(nominal.values),
-            replay.simulate(final.values, fitter.sheet.constants(final.pulls)),
-            fitter.held,
-            replay.usable,
-            int(replay.recording.stamp_ns[0]),
-        ),
-        seconds=time.perf_counter() - begin,
-        replays=fitter.replay.runs,
-        misfit_before=misfit(nominal.left),
-        misfit_after=misfit(final.left),
-        misfit_perfect=perfect if named else fitter.perfect,
-        misfit_best=misfit(winner.left),
-        margin=place.margin,
-        duration_s=float(replay.time_s[-1]),
-        rate_hz=replay.recording.rate_hz,
-        sheet=_sheet(fitter, final),
-        within_sheet=in_all(alone),
-    )
-
-
-def _sheet(fitter: Fitter, final: Fit) -> tuple[SheetValue, ...]:
-    """The data sheet as it was found beside the causes; what they stand for is left out."""
-    sheet = fitter.sheet
-    if not len(sheet) or final is fitter.nominal:
-        return ()
-    _, halves = intervals(final, fitter.rows, fitter.replay.time_s, sheet)
-    found, low, high = (sheet.values(final.pulls + off) for off in (0.0, -halves, halves))
-    return tuple(
-        SheetValue(
-            sheet.keys[row],
-            sheet.units[row],
-            float(sheet.nominal[row]),
-            float(sheet.tolerance[row]),
-            float(found[row]),
-            float(low[row]),
-            float(high[row]),
-            pull=float((found[row] - sheet.nominal[row]) / sheet.tolerance[row]),
-            seen=bool(halves[row] < _SEEN),
-        )
-        for row in np.flatnonzero(sheet.free(final.values)).tolist()
-    )
-
-
-def _ranked(competition: Competition) -> list[Fit]:
-    pool = [competition.winner, *competition.rivals, *competition.singles, competition.sheet]
-    unique: dict[frozenset[str], Fit] = {}
-    for one in pool:
-        key = frozenset(one.names)
-        if key not in unique or one.judged < unique[key].judged:
-            unique[key] = one
-    return sorted(unique.values(), key=lambda one: one.judged)[:12]
-
-
-def _stand_in(one: Inconstancy) -> str:
-    sizes = ", ".join(f"{size:g}" for size in one.sizes)
-    return (
-        f"{CATALOGUE[one.effect].title} comes near, but would need another size with "
-        f"{one.condition} (times {sizes}): it stands for something else"
-    )
-
-
-def _coincide(one: Coincidence) -> str:
-    *first, last = (CATALOGUE[name].title for name in one.effects)
-    return (
-        f"{', '.join(first)} and {last} come near, but all by one factor ({one.factor:.3f}): they "
-        "stand for one fault of another kind"
-    )
+        result = diagnose_rigid(recording, drive, without=without, mode=mode, **named)
+    tell(1.0)
+    return dataclasses.replace(result, seconds=time.perf_counter() - begin)

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+from ..drive.rigid.machine import Machine
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -109,8 +111,7 @@ class SheetValue:
     """A constant of the data sheet as the recording shows it, in its unit.
 
     tolerance: half width that holds 95 % of sound machines. value, low, high: found, with its 95 %
-    interval. pull: (value - nominal) / tolerance, 1 at the edge of the sheet. seen: whether the
-    recording says more of it than the sheet does.
+    interval. seen: whether the recording says more of it than the sheet does.
     """
 
     parameter: str
@@ -120,8 +121,12 @@ class SheetValue:
     value: float
     low: float
     high: float
-    pull: float
     seen: bool
+
+    @property
+    def pull(self) -> float:
+        """How far it is off its nominal value, in tolerances: 1 at the edge of the sheet."""
+        return (self.value - self.nominal) / self.tolerance
 
 
 @dataclass(frozen=True)
@@ -220,6 +225,8 @@ class Diagnosis:
         floor_is: what the floor stands for.
         stretches: of a long recording, those that were looked at, by time.
         caution: what has to be put right before anything else holds (a signal of the wrong sign).
+        reason: of `not_judgeable`, what recording would do.
+        closest: of a rigid drive, the machine that comes closest to the recording.
     """
 
     source: str
@@ -256,6 +263,7 @@ class Diagnosis:
     within_sheet: float | None = None
     caution: str = ""
     reason: str = ""
+    closest: Machine | None = None
 
     @property
     def closes(self) -> bool:
@@ -272,33 +280,11 @@ class Diagnosis:
             "reason": self.reason,
             "location": {
                 "block": self.block,
-                "signals": [
-                    {
-                        "name": one.name,
-                        "unit": one.unit,
-                        "gap": one.gap,
-                        "after": one.after,
-                        "floor": one.floor,
-                    }
-                    for one in self.signals
-                ],
-                "when": [
-                    {
-                        "condition": one.condition,
-                        "share": one.share,
-                        "time_share": one.time_share,
-                    }
-                    for one in self.when
-                ],
+                "signals": [asdict(one) for one in self.signals],
+                "when": [asdict(one) for one in self.when],
                 "frequency_hz": list(self.frequency_hz),
                 "ports": [
-                    {
-                        "block": one.block,
-                        "what": one.what,
-                        "unit": one.unit,
-                        "rms": one.rms,
-                        "floor": one.floor,
-                    }
+                    {key: getattr(one, key) for key in ("block", "what", "unit", "rms", "floor")}
                     for one in self.ports
                 ],
             },

@@ -1,4 +1,4 @@
-"""Values changed in the text of a drive file, comments and order kept."""
+"""Values changed in the text of a drive file, and effects added; comments and order kept."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping
 import yaml
 
 SECTION = "ros__parameters"
+Effects = Mapping[str, Mapping[str, float]]
 
 
 def number(value: float) -> str:
@@ -65,3 +66,166 @@ def _edits(node: yaml.Node, value: float | list[float], key: str) -> list[tuple[
     if not isinstance(node, yaml.ScalarNode):
         raise ValueError(f"{key} is no number")
     return [(node.start_mark.index, node.end_mark.index, number(value))]
+
+
+def add_effects(text: str, effects: Effects, remarks: Mapping[str, str]) -> str:
+    """The text of a drive file with `effects` in it.
+
+    remarks: comments by effect, by "effect.parameter", and "" for the head of what is added.
+
+    Raises:
+        ValueError: no `ros__parameters` to add to.
+    """
+    newline = "\r\n" if "\r\n" in text else "\n"
+    edits: list[tuple[int, int, str]] = []
+    for indent, section in _sections(text):
+        existing = _value(section, "effects")
+        if existing is None:
+            edits.append(_entry(text, section, _Tree(effects, remarks), indent, newline))
+        elif isinstance(existing, yaml.MappingNode):
+            edits += _merged(text, existing, effects, remarks, indent, newline)
+        else:
+            raise ValueError("effects is no mapping")
+    if not edits:
+        raise ValueError(f"no {SECTION}")
+    for start, stop, new in sorted(edits, reverse=True):
+        text = text[:start] + new + text[stop:]
+    return text
+
+
+def _sections(text: str) -> list[tuple[int, yaml.MappingNode]]:
+    """Blocks of parameters that effects belong in, each with its step of indentation."""
+    root = yaml.compose(text, Loader=yaml.SafeLoader)
+    found: dict[str, tuple[int, yaml.MappingNode]] = {}
+    for key, content in root.value if isinstance(root, yaml.MappingNode) else ():
+        if not isinstance(content, yaml.MappingNode):
+            continue
+        for inner, values in content.value:
+            if inner.value == SECTION and isinstance(values, yaml.MappingNode):
+                step = values.start_mark.column - inner.start_mark.column
+                found[str(key.value)] = (step if 0 < step <= 8 else 2, values)
+    # What holds for all nodes is the place; without it every node is told.
+    everywhere = [name for name in found if name.strip("/") == "**"]
+    return [found[everywhere[-1]]] if everywhere else list(found.values())
+
+
+def _value(mapping: yaml.MappingNode, key: str) -> yaml.Node | None:
+    return next((value for name, value in mapping.value if name.value == key), None)
+
+
+class _Tree:
+    """Effects as YAML, in either of its styles."""
+
+    def __init__(
+        self, effects: Effects, remarks: Mapping[str, str], *, within: bool = False
+    ) -> None:
+        self.effects, self.remarks, self.within = effects, remarks, within
+
+    def flow(self) -> str:
+        """On one line, without remarks."""
+        inner = ", ".join(f"{name}: {_flow(values)}" for name, values in self.effects.items())
+        return inner if self.within else f"effects: {{{inner}}}"
+
+    def block(self, indent: int) -> list[str]:
+        """On lines of their own."""
+        lines = [f"# {self.remarks['']}"] if "" in self.remarks else []
+        margin = ""
+        if not self.within:
+            lines.append("effects:")
+            margin = " " * indent
+        for name, values in self.effects.items():
+            remark = f"  # {self.remarks[name]}" if name in self.remarks else ""
+            lines.append(f"{margin}{name}:{remark}")
+            lines += [margin + " " * indent + one for one in _lines(name, values, self.remarks)]
+        return lines
+
+
+def _lines(name: str, values: Mapping[str, float], remarks: Mapping[str, str]) -> list[str]:
+    pairs = [
+        (f"{key}: {number(value)}", remarks.get(f"{name}.{key}")) for key, value in values.items()
+    ]
+    width = max((len(text) for text, remark in pairs if remark), default=0)
+    return [f"{text.ljust(width)}  # {remark}" if remark else text for text, remark in pairs]
+
+
+def _flow(values: Mapping[str, float]) -> str:
+    return "{" + ", ".join(f"{key}: {number(value)}" for key, value in values.items()) + "}"
+
+
+def _end(node: yaml.Node) -> int:
+    """Where the text of a node ends, without what follows it."""
+    if not isinstance(node, yaml.CollectionNode) or node.flow_style or not node.value:
+        return int(node.end_mark.index)
+    if isinstance(node, yaml.MappingNode):
+        return max(max(_end(key), _end(value)) for key, value in node.value)
+    return max(_end(value) for value in node.value)
+
+
+def _line_end(text: str, index: int) -> int:
+    """The end of the line that holds the character before `index`, before its line break."""
+    stop = text.find("\n", max(index - 1, 0))
+    stop = len(text) if stop < 0 else stop
+    return stop - 1 if stop > 0 and text[stop - 1] == "\r" else stop
+
+
+def _entry(
+    text: str, mapping: yaml.MappingNode, tree: _Tree, indent: int, newline: str
+) -> tuple[int, int, str]:
+    """The edit that puts `tree` at the end of a mapping."""
+    if mapping.flow_style:
+        if not mapping.value:
+            at = mapping.start_mark.index + 1
+            return at, at, tree.flow()
+        at = max(_end(value) for _, value in mapping.value)
+        return at, at, f", {tree.flow()}"
+    margin = newline + " " * mapping.start_mark.column
+    at = _line_end(text, _end(mapping))
+    return at, at, "".join(margin + line for line in tree.block(indent))
+
+
+def _merged(
+    text: str,
+    existing: yaml.MappingNode,
+    effects: Effects,
+    remarks: Mapping[str, str],
+    indent: int,
+    newline: str,
+) -> list[tuple[int, int, str]]:
+    """The edits that put `effects` into a mapping of effects."""
+    edits = []
+    fresh: dict[str, Mapping[str, float]] = {}
+    for name, values in effects.items():
+        old = _value(existing, name)
+        if old is None:
+            fresh[name] = values
+        elif not isinstance(old, yaml.MappingNode) or old.flow_style:
+            edits.append((old.start_mark.index, _end(old), _flow(values)))
+        else:
+            margin = newline + " " * old.start_mark.column
+            new = margin.join(_lines(name, values, remarks))
+            edits.append((old.start_mark.index, _line_end(text, _end(old)), new))
+    if fresh:
+        tree = _Tree(fresh, remarks, within=True)
+        edits.append(_entry(text, existing, tree, indent, newline))
+    return edits
+
+
+def before_effects(text: str, entry: str) -> str:
+    """The text with `entry` put before the key `effects` wherever that is a section's."""
+    newline = "\r\n" if "\r\n" in text else "\n"
+    root = yaml.compose(text, Loader=yaml.SafeLoader)
+    places: list[tuple[int, str]] = []
+
+    def visit(node: yaml.Node | None, depth: int) -> None:  # None: an empty file
+        if not isinstance(node, yaml.MappingNode) or depth > 2:
+            return
+        for key, value in node.value:
+            if key.value == "effects" and depth == 2:
+                between = ", " if node.flow_style else newline + " " * key.start_mark.column
+                places.append((key.start_mark.index, entry + between))
+            visit(value, depth + 1)
+
+    visit(root, 0)
+    for at, new in reversed(places):
+        text = text[:at] + new + text[at:]
+    return text

@@ -10,20 +10,18 @@ import math
 
 import numpy as np
 from scipy.interpolate import CubicSpline
-from scipy.signal import find_peaks, savgol_filter, welch
+from scipy.signal import savgol_filter, welch
 
 from ..drive.cascade import cascade_step, initial_cascade_state
 from ..drive.compiled import kernel
+from .conditions import near_reversal, shares, strongest_lines, widened
 from .diagnosis import ConditionShare, PortCheck, SignalGap
 from .evidence import Smoother, gather
 from .fit import Fit
 from .replay import BoolArray, FloatArray, Replay
 
-_REVERSAL_S = 0.06  # before and after the rotor's speed changes sign
 _LOW_SHARE = 0.05  # of the largest speed
 _HIGH_SHARE = 0.5  # of the largest torque or acceleration
-_CROWDED = 0.1  # share of stroke or time within which a gap counts as gathered
-_LINES = 3
 
 
 def by_signal(
@@ -72,13 +70,9 @@ def by_condition(replay: Replay, gap: FloatArray) -> tuple[ConditionShare, ...]:
     speed = smooth(speed)
     acceleration = smooth(speed, 1)
     top = float(np.nanmax(np.abs(speed), initial=0.0))
+    near = near_reversal(speed, smooth.step)
+    about = widened(np.abs(speed) > 0.01 * top, smooth.step, 2)
     masks: dict[str, BoolArray] = {}
-    crossing = np.zeros(len(speed), dtype=bool)
-    crossing[1:] = np.signbit(speed[1:]) != np.signbit(speed[:-1])
-    width = max(1, round(_REVERSAL_S / smooth.step))
-    near = np.convolve(crossing, np.ones(2 * width + 1), mode="same") > 0.0
-    moving = np.abs(speed) > 0.01 * top
-    about = np.convolve(moving, np.ones(4 * width + 1), mode="same") > 0.0
     masks["reversal"] = near & about
     masks["rest"] = ~about
     masks["low_speed"] = (np.abs(speed) < _LOW_SHARE * top) & about & ~near
@@ -88,14 +82,7 @@ def by_condition(replay: Replay, gap: FloatArray) -> tuple[ConditionShare, ...]:
     if np.isfinite(current).any():
         smooth_current = np.abs(smooth(current))
         masks["high_torque"] = smooth_current > _HIGH_SHARE * float(np.nanmax(smooth_current))
-    found = [
-        ConditionShare(name, float(energy[mask].sum()) / total, float(mask.mean()))
-        for name, mask in masks.items()
-    ]
-    found.append(_gathered("position", replay.reference_m, energy))
-    found.append(_gathered("time", replay.time_s, energy))
-    found.sort(key=lambda one: one.time_share - one.share)
-    return tuple(found)
+    return shares(energy, masks, {"position": replay.reference_m, "time": replay.time_s})
 
 
 def _energy(gap: FloatArray) -> FloatArray:
@@ -103,17 +90,6 @@ def _energy(gap: FloatArray) -> FloatArray:
     scale = each.mean(axis=1, keepdims=True)
     summed: FloatArray = np.sum(each * (scale > 1.2**2), axis=0)
     return summed if summed.any() else np.sum(each, axis=0)
-
-
-def _gathered(name: str, over: FloatArray, energy: FloatArray) -> ConditionShare:
-    """How much of the energy falls into the tenth of `over`'s range that holds most of it."""
-    low, high = float(np.nanmin(over)), float(np.nanmax(over))
-    if not high > low:
-        return ConditionShare(name, 1.0, 1.0)
-    bins = np.clip(((over - low) / (high - low) / _CROWDED).astype(np.int64), 0, 9)
-    shares = np.bincount(bins, weights=energy, minlength=10) / energy.sum()
-    best = int(np.argmax(shares))
-    return ConditionShare(name, float(shares[best]), float(np.mean(bins == best)))
 
 
 def by_frequency(replay: Replay, gap: FloatArray) -> tuple[float, ...]:
@@ -124,11 +100,7 @@ def by_frequency(replay: Replay, gap: FloatArray) -> tuple[float, ...]:
     noise = 2.0 / rate  # density of white noise of variance 1
     total = density.sum(axis=0)
     level = noise * gap.shape[0]
-    peaks, _ = find_peaks(np.concatenate([[0.0], total]), height=4.0 * level)
-    peaks = peaks - 1
-    peaks = peaks[frequency[peaks] > 0.0]
-    order = peaks[np.argsort(-total[peaks])][:_LINES]
-    return tuple(float(frequency[row]) for row in order)
+    return strongest_lines(frequency, total, 4.0 * level)
 
 
 @kernel

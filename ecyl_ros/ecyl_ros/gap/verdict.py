@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
 
-from ..effects.catalogue import CATALOGUE
+from ..effects.catalogue import CATALOGUE, EFFECTS
 from .compete import Competition
+from .diagnosis import Candidate, Cause, FittedParameter
 from .fit import Fit
 from .replay import BoolArray, FloatArray, Replay
 from .robust import cost, misfit
@@ -20,7 +22,84 @@ HELPS = 0.5  # share of the gap that must be gone for anything to be named
 _NEAR, _FAR = 1.05, 1.2  # misfits over that of a perfect model: at the floor, and surely not
 _CLEAR = 1.7  # times the winner's misfit: a rival further off is not close
 NAMED = 0.6  # a cause less sure than this is not named
+SEEN = 0.8  # tolerances: an interval as wide as the sheet's says nothing new
 _INDISTINCT = 0.02  # squared misfits closer than this share cannot be told apart
+_MOST_CANDIDATES = 12
+
+
+def verdict_of(
+    *,
+    no_gap: bool,
+    within_sheet: bool = False,
+    named: bool = False,
+    shrink: float = 0.0,
+    left: float = 0.0,
+    whole: bool = True,
+    flat: bool = False,
+    undecided: bool = False,
+) -> str:
+    """One of `VERDICTS`.
+
+    Args:
+        no_gap: the nominal model is at the floor. within_sheet: constants within their tolerances
+            bring it there. named: causes are.
+        shrink: share of the gap that they take off. left: what they leave, over the floor. whole:
+            all that was found is named.
+        flat: the floor is as high as the signal. undecided: what was found looks like others.
+    """
+    if flat and not named:
+        return "not_judgeable"
+    if no_gap:
+        return "no_gap"
+    if within_sheet:
+        return "within_sheet"
+    if not named:
+        return "not_judgeable" if undecided else "unexplained"
+    closed = shrink >= EXPLAINED_SHRINK and left <= STRUCTURELESS
+    return "explained" if closed and whole and not flat else "partly_explained"
+
+
+def shrink_of(before: float, after: float, surplus: float) -> float:
+    """Share of what stands above the floor (`surplus`) that is gone, 0 to 1."""
+    return max(0.0, min(1.0, (before - after) / surplus))
+
+
+def named_cause(
+    effect: str,
+    parameters: Iterable[FittedParameter],
+    sure: float,
+    others: tuple[str, ...],
+    taken_off: float,
+    lost: float,
+) -> Cause:
+    """An effect as a cause.
+
+    Args:
+        effect: its name. parameters: as fitted. sure: confidence. others: that look the same here.
+        taken_off: share of the gap that adding it took off. lost: that comes back without it.
+    """
+    known = EFFECTS[effect]
+    return Cause(
+        effect=effect,
+        block=known.block,
+        title=known.title,
+        confidence=sure,
+        parameters=tuple(parameters),
+        shrink=min(1.0, taken_off),
+        shrink_alone_lost=min(1.0, lost),
+        alternatives=others,
+        excitation=known.excitation,
+    )
+
+
+def ranked(pool: Iterable[Candidate]) -> tuple[Candidate, ...]:
+    """The best of each set of effects, best first."""
+    best: dict[frozenset[str], Candidate] = {}
+    for one in pool:
+        key = frozenset(one.effects)
+        if key not in best or one.judged < best[key].judged:
+            best[key] = one
+    return tuple(sorted(best.values(), key=lambda one: one.judged)[:_MOST_CANDIDATES])
 
 
 @dataclass(frozen=True)

@@ -7,8 +7,8 @@ from dataclasses import dataclass, fields, replace
 from typing import Any
 
 from ...drive.parameters import DriveParameters
+from ...drive.rigid.machine import Machine
 from ...recording.signals import Recording
-from ..effort.machine import Machine
 
 
 @dataclass(frozen=True)
@@ -33,16 +33,15 @@ def product_diagnosis(
     recording: Recording, sheet: Sheet, without: frozenset[str]
 ) -> dict[str, Any]:
     """What `ecyl diagnose` says, as JSON-ready data."""
+    from ..diagnose import diagnose, effects_of
+
+    drive: DriveParameters | Machine
     if isinstance(sheet, RigidSheet):
-        from ..effort.judge import diagnose_effort
-
-        machine = with_tolerances(sheet.machine, sheet.tolerances)
-        return diagnose_effort(recording, machine, without=without).as_json()
-    from ...effects.catalogue import CATALOGUE
-    from ..diagnose import diagnose
-
-    # A name the catalogue does not hold needs no leaving out.
-    return diagnose(recording, sheet, without=without & set(CATALOGUE)).as_json()
+        drive = with_tolerances(sheet.machine, sheet.tolerances)
+    else:
+        drive = sheet
+    # A name that does not compete needs no leaving out.
+    return diagnose(recording, drive, without=without & set(effects_of(drive))).as_json()
 
 
 def with_tolerances(machine: Machine, tolerances: Mapping[str, float | str]) -> Machine:

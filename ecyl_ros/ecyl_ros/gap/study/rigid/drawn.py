@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ....drive.rigid.machine import EFFORTS, Machine
 from ...diagnosis import FloatArray
-from ...effort.machine import EFFORTS, Machine
 from .equations import STEP_S, Truth
 from .faults import Size
 from .logger import Logger, draw_logger

@@ -1,0 +1,39 @@
+"""What those that play a machine along a measured motion, or weigh it, know of that motion."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Course:
+    """A measured motion on an even grid; float64[n] in SI of the output, NaN where unknown.
+
+    Attributes:
+        time_s: from the first sample, at `rate_hz`.
+        position, velocity, acceleration: low-passed without phase.
+        raw_position: as recorded (bridged over short gaps).
+        recorded_velocity, reference_position, reference_velocity: NaN where not recorded.
+        effort: in the unit that the machine's effects are counted in; NaN where there is none.
+        usable: bool[n], where the motion is known.
+        speed_noise: standard deviation of the noise of `velocity`.
+    """
+
+    time_s: FloatArray
+    rate_hz: float
+    position: FloatArray
+    velocity: FloatArray
+    acceleration: FloatArray
+    raw_position: FloatArray
+    recorded_velocity: FloatArray
+    reference_position: FloatArray
+    reference_velocity: FloatArray
+    effort: FloatArray
+    usable: BoolArray
+    speed_noise: float

@@ -1,0 +1,112 @@
+"""What a rigid drive's file comes to: one model of effort, and that packed for the step.
+
+`Machine` is what people and files see; each effect says for itself what it changes.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ...effects.catalogue import RIGID
+from ...effects.rigid_ports import KINDS, PORTS, port_of
+from .course import FloatArray
+from .machine import Machine
+from .model import Keys, Model
+
+
+def model_of(machine: Machine, own: bool) -> Model:
+    """The model of `machine`.
+
+    own: whether effort is counted in N or N m of the output. Where it is not (the gain is unknown),
+    the file's keys say nothing of it; its effects do.
+    """
+    keys = Keys()
+    if own:
+        keys = Keys(
+            machine.inertia or 0.0,
+            machine.viscous,
+            machine.coulomb,
+            machine.constant,
+            machine.stiffness,
+        )
+    ratio = _gain_ratio(machine)
+    inertia, viscous, coulomb, constant, stiffness = (ratio * one for one in keys)
+    made = Model(
+        inertia=inertia if own and machine.inertia is not None else None,
+        viscous=(viscous, viscous),
+        coulomb=(coulomb, coulomb),
+        constant=constant,
+        stiffness=stiffness,
+        delay_s=0.0,
+        keys=keys,
+        ratio=ratio,
+        shapes=tuple(one for one in machine.effects if RIGID[one.name].modify is None),
+    )
+    for one in machine.effects:
+        modify = RIGID[one.name].modify
+        if modify is not None:
+            made = modify(made, one.values)
+    return made
+
+
+def _gain_ratio(machine: Machine) -> float:
+    """Effort by the file's gain over effort by the true one, which an effect may tell."""
+    for one in machine.effects:
+        ratio = RIGID[one.name].ratio
+        if ratio is not None and machine.gain is not None:
+            return ratio(one.values, machine.gain)
+    return 1.0
+
+
+class Plant(NamedTuple):
+    """A `Model` packed for the step; all in the balance's unit.
+
+    loads, levels, shares: float64[k, 1 + values], a row an effect at its port: its kind (see
+    `effects.rigid_ports`), then what its kernel takes.
+    """
+
+    inertia: float
+    viscous_forwards: float
+    viscous_backwards: float
+    coulomb_forwards: float
+    coulomb_backwards: float
+    constant: float
+    stiffness: float
+    loads: FloatArray
+    levels: FloatArray
+    shares: FloatArray
+
+
+def plant_of(model: Model) -> Plant:
+    """Pack a model whose inertia is known."""
+    assert model.inertia is not None
+    rows: dict[str, list[list[float]]] = {port: [] for port in PORTS}
+    for one in model.shapes:
+        form = RIGID[one.name]
+        if form.packed is not None:
+            values = list(form.packed(one.values, model))
+        else:
+            values = [one.values[stem.name] for stem in form.stems]
+        port = port_of(one.name)
+        assert port is not None, one.name
+        rows[port].append([float(KINDS[one.name]), *values])
+    loads, levels, shares = (_table(rows[port]) for port in PORTS)
+    return Plant(
+        model.inertia,
+        *model.viscous,
+        *model.coulomb,
+        model.constant,
+        model.stiffness,
+        loads,
+        levels,
+        shares,
+    )
+
+
+def _table(rows: list[list[float]]) -> FloatArray:
+    made = np.zeros((len(rows), max((len(row) for row in rows), default=1)))
+    for index, row in enumerate(rows):
+        made[index, : len(row)] = row
+    return made

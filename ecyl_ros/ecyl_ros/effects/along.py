@@ -1,0 +1,87 @@
+"""A measured motion of a rigid machine, as its effects see it."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from ..drive.rigid.course import Course
+from ..drive.rigid.machine import Machine
+from ..drive.rigid.model import Model
+from ..drive.rigid.units import Units
+from .effect import FloatArray
+
+_SOFT = 1e-3  # of the largest speed: below it the sign of the speed is not trusted
+_SOFTEST = 0.03  # of it: beyond, a level would look like a rise with speed
+
+
+class Turn(NamedTuple):
+    """What the orders of a wave over the position count.
+
+    angle: float64[n]; of a straight output without a known lead it is the position, and what is
+    found is a period in m. name, unit: of an order's parameter. rate: rad of `angle` per m or rad
+    of the output.
+    """
+
+    angle: FloatArray
+    name: str
+    unit: str
+    rate: float
+
+
+class Along:
+    """A motion and the nominal machine that made it; arrays are float64[n].
+
+    Attributes:
+        motion, machine, model, units: the model counts effort in `units`.
+        top_speed: the largest but for 1 %. soft: speed below which its sign is not trusted.
+        sign: of the speed, softened over what its noise leaves unsure. forwards, backwards: its
+            positive and negative part. one: ones.
+        both_ways: whether it moves forwards and backwards. turns: whether it goes round more than
+            twice.
+        side: what the friction and inertia of one inertia are called by: load, rotor.
+        turn: see `Turn`.
+    """
+
+    def __init__(self, motion: Course, machine: Machine, model: Model, units: Units) -> None:
+        self.motion, self.machine, self.model, self.units = motion, machine, model, units
+        usable, speed = motion.usable, motion.velocity
+        top = float(np.quantile(np.abs(speed[usable]), 0.99))
+        self.top_speed = top
+        self.soft = max(_SOFT * top, min(3.0 * motion.speed_noise, _SOFTEST * top), 1e-12)
+        self.sign: FloatArray = np.tanh(speed / self.soft)
+        self.forwards: FloatArray = np.maximum(self.sign, 0.0)
+        self.backwards: FloatArray = np.minimum(self.sign, 0.0)
+        both = min(float(np.mean(speed[usable] * way > self.soft)) for way in (1.0, -1.0))
+        self.both_ways = both > 0.02
+        self.one: FloatArray = np.ones_like(speed)
+        self.side = "load" if machine.linear else "rotor"
+        self.turns = float(np.ptp(motion.position[usable])) > 2.0 * math.tau
+
+    @property
+    def turn(self) -> Turn:
+        position, lead = self.motion.raw_position, self.machine.lead
+        if not self.machine.linear:
+            return Turn(position, "periods_per_rev", "1", 1.0)
+        if lead is not None:
+            return Turn(position * (math.tau / lead), "periods_per_screw_rev", "1", math.tau / lead)
+        return Turn(position, "period_m", "m", 1.0)
+
+    @property
+    def known_inertia(self) -> bool:
+        """Whether the file, or an effect in it, tells the inertia."""
+        return self.model.inertia is not None
+
+    def keys_effort(self) -> FloatArray:
+        """The effort that the keys of the file ask for, by its own gain."""
+        keys, motion = self.model.keys, self.motion
+        made: FloatArray = (
+            keys.inertia * motion.acceleration
+            + keys.viscous * motion.velocity
+            + keys.coulomb * self.sign
+            + keys.constant
+            + keys.stiffness * motion.position
+        )
+        return made

@@ -1,0 +1,100 @@
+"""The sine that cogging, ripple, a disturbance and the weight of an arm share."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from ..drive.compiled import kernel
+from .along import Along
+from .effect import FloatArray
+from .rigid_form import Stem, Values
+from .term import Left, Parameters, Term
+
+
+@kernel
+def wave(amplitude, rate, phase, at):
+    """A sine of angle or time."""
+    return amplitude * math.sin(rate * at + phase)
+
+
+def quadratures(phase: FloatArray) -> FloatArray:
+    """Columns float64[2, n] that a sine of any amplitude and phase is a sum of."""
+    return np.stack([np.sin(phase), np.cos(phase)])
+
+
+def parts(amplitude: float, phase: float) -> tuple[float, float]:
+    """Coefficients of `quadratures` in amplitude x sin(x + phase)."""
+    return amplitude * math.cos(phase), amplitude * math.sin(phase)
+
+
+def size(coefficients: FloatArray) -> float:
+    """Amplitude."""
+    return float(np.hypot(coefficients[0], coefficients[1]))
+
+
+def phase_stem(meaning: str) -> Stem:
+    """Where the sine begins."""
+    return Stem("phase", "angle", -10.0, 10.0, f"of the sine at {meaning}", default=0.0)
+
+
+def sine(
+    phase_rad: FloatArray,
+    stem: str,
+    first: tuple[str, str],
+    found: Parameters = (),
+    stems: Values | None = None,
+    **more: Any,
+) -> Term:
+    """A sine along the motion, float64[n], of any amplitude and phase.
+
+    stem: what its amplitude is inside, with name and unit of its parameter in `first`. found: its
+    other parameters, which were searched; the same by stem in `stems`.
+    """
+    return Term(
+        columns=quadratures(phase_rad),
+        parameters=lambda c: ((*first, size(c)), *found),
+        values=lambda c: {
+            stem: size(c),
+            "phase": math.atan2(float(c[1]), float(c[0])),
+            **(stems or {}),
+        },
+        low=(-math.inf, -math.inf),
+        fixed={name: value for name, _, value in found},
+        phase=phase_rad,
+        **more,
+    )
+
+
+# Over the position: an order of the turn.
+
+ORDER = (
+    Stem("wave", "wave", 1e-6, 1e6, "periods per turn, or period of a straight output"),
+    phase_stem("position 0"),
+)
+
+
+def over_turn(along: Along, order: float, stem: str, first: tuple[str, str], **more: Any) -> Term:
+    """A sine of an order over the turn; see `sine`."""
+    angle, name, unit, rate = along.turn
+    shown = math.tau / order if name == "period_m" else order
+    travel = float(np.ptp(angle[along.motion.usable]))
+    whole = name == "periods_per_rev" and order == round(order) and along.turns
+    extent = travel if name == "period_m" else travel / math.tau
+    return sine(
+        order * angle,
+        stem,
+        first,
+        found=((name, unit, shown),),
+        stems={"wave": order * rate},
+        extent=0.0 if whole else extent,
+        rate=order,
+        **more,
+    )
+
+
+def nearest_order(left: Left, other: Term) -> tuple[float]:
+    """The order of the sine over the turn that comes closest to another's; 0 where none can."""
+    return (left.nearest(other, False) if other.over_time else other.rate,)

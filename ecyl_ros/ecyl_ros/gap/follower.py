@@ -1,0 +1,382 @@
+"""A drive of which only command and position are known: how it follows, and no more.
+
+    position(t) = play(command(t - lag); width) + offset
+
+with the play (backlash) operator of hysteresis theory: the output stays where it is until the
+command has moved away from it by half the width. Lag and width are scanned together; whether the
+width is play of gears, stiction, or a dead band of the controller, and whether the lag is a delay
+or a soft loop, position alone does not say, so that no cause is named.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.stats import t as student
+
+from ..drive.compiled import kernel
+from ..drive.rigid.machine import Machine
+from ..errors import InputError
+from ..recording.signals import Recording
+from .conditions import shares
+from .diagnosis import (
+    BoolArray,
+    ConditionShare,
+    Diagnosis,
+    FloatArray,
+    Measured,
+    Series,
+    SignalGap,
+)
+from .rigid.balance import HELD_OUT_EVERY, stretch_length
+from .rigid.motion import Motion, motion_of
+from .verdict import NO_GAP_RATIO, verdict_of
+
+_LONGEST_LAG_S = 0.6
+_GRID = 41  # lags and widths of a scan
+_ROUNDS = 3  # of finer scans
+_BLOCKS = 12  # left out in turn for intervals
+_LEAST = 16  # samples
+_MOVES = 4.0  # resolutions that the command has to travel
+
+
+@dataclass(frozen=True, eq=False)
+class _Followed:
+    """Lag in s, width and offset in the output's unit, and the position they give."""
+
+    lag_s: float
+    width: float
+    offset: float
+    position: FloatArray
+
+
+def diagnose_follower(
+    recording: Recording,
+    machine: Machine,
+    *,
+    mode: float | None,
+    source: str,
+    drive_name: str,
+    tell: Callable[[float], None],
+) -> Diagnosis:
+    """Say how the output follows its command: lag, play or dead band, offset, resolution.
+
+    See `diagnose.diagnose`; what the machine's file says of a load or a loop is not used.
+
+    Raises:
+        InputError: no position, no command, a command that does not move.
+    """
+    motion = motion_of(recording, machine, source, mode)
+    end = "m" if machine.linear else "rad"
+    command = motion.reference_position
+    if not np.isfinite(command).any():
+        raise InputError(
+            f"{source}: reference_position_{end} is missing; a follower is judged by command and "
+            "position"
+        )
+    name = "rod_position_m" if machine.linear else "rotor_position_rad"
+    if not recording.has(name):
+        name = "load_position_rad"
+    known = recording.signal(name)[np.isfinite(recording.signal(name))]
+    step = resolution(known, machine.position_resolution)
+    usable = motion.usable & np.isfinite(command)
+    if not usable.any() or not np.ptp(command[usable]) > _MOVES * max(step, 1e-300):
+        raise InputError(
+            f"{source}: the command moves by less than {_MOVES:g} steps of the position "
+            f"({step:.3g} {end}); expected motion"
+        )
+    command = np.interp(motion.time_s, motion.time_s[usable], command[usable])
+    floor = math.hypot(step / math.sqrt(12.0), machine.position_noise or motion.position_noise)
+    judge = _Judge(motion, command, usable, step)
+    if min(int(judge.fitted.sum()), int(judge.judged.sum())) < _LEAST:
+        raise InputError(
+            f"{source}: {int(usable.sum())} samples of command and position together, expected "
+            f"more: at least {_LEAST} to fit and {_LEAST} to judge"
+        )
+    tell(0.1)
+    best = judge.fit(judge.fitted, lags=True, widths=True)
+    tell(0.5)
+    whole, spans = judge.with_intervals(lambda share: tell(0.5 + 0.45 * share))
+    gap = _rms((motion.raw_position - command)[judge.judged])
+    left = _rms((motion.raw_position - best.position)[judge.judged])
+    only = {
+        "lag": judge.fit(judge.fitted, lags=True, widths=False),
+        "width": judge.fit(judge.fitted, lags=False, widths=True),
+    }
+    alone = {
+        name: _rms((motion.raw_position - one.position)[judge.judged]) for name, one in only.items()
+    }
+    spread = float(np.std(motion.raw_position[usable])) or 1.0
+    no_gap = gap <= NO_GAP_RATIO * floor
+    stamp = int(recording.stamp_ns[0])
+    return Diagnosis(
+        source=source,
+        drive=drive_name,
+        verdict=verdict_of(no_gap=no_gap),
+        block=None,
+        signals=(SignalGap("position", end, gap, gap, floor),),
+        when=() if no_gap else _when(motion, command, usable),
+        frequency_hz=(),
+        ports=(),
+        causes=(),
+        before=gap / spread,
+        after=gap / spread,
+        floor=floor / spread,
+        shrink=0.0,
+        steps=(),
+        candidates=(),
+        notes=(*_notes(motion, machine, step, whole, spans, alone, left, gap), *motion.notes),
+        values={},
+        series=_series(motion, machine, command, judge, stamp),
+        replays=judge.scans,
+        misfit_before=gap / floor,
+        misfit_after=gap / floor,
+        misfit_perfect=1.0,
+        misfit_best=left / floor,
+        duration_s=recording.duration_s,
+        rate_hz=recording.rate_hz,
+        measured=_measured(motion, end, step, whole, spans, gap, left),
+        floor_is="the noise and resolution of the position",
+    )
+
+
+def resolution(position: FloatArray, stated: float | None) -> float:
+    """Step of the position: stated, or the smallest distance between values that come often.
+
+    0 where no values come often: the position is finer than the recording tells.
+    """
+    reach = float(np.ptp(position))
+    if stated or reach == 0.0:
+        return stated or 0.0
+    grain = 1e-7 * reach  # what resampling between equal values leaves of rounding
+    values, count = np.unique(np.round(position / grain), return_counts=True)
+    often = values[count >= max(3, position.size / 1000)] * grain
+    steps = np.diff(often)
+    steps = steps[steps > 10.0 * grain]
+    return float(np.median(steps[steps < 1.5 * steps.min()])) if steps.size > 3 else 0.0
+
+
+class _Judge:
+    def __init__(self, motion: Motion, command: FloatArray, usable: BoolArray, step: float) -> None:
+        self.motion, self.command, self.usable, self.step = motion, command, usable, step
+        time_s = motion.time_s
+        self.stretch = (time_s / stretch_length(float(time_s[-1]))).astype(np.int64)
+        held = self.stretch % HELD_OUT_EVERY == 1
+        self.judged: BoolArray = usable & held
+        self.fitted: BoolArray = usable & ~held
+        self.scans = 0
+
+    def fit(self, rows: BoolArray, *, lags: bool, widths: bool) -> _Followed:
+        """Best lag, width and offset on `rows`, from coarse to fine."""
+        return self._scan(rows, lags, widths)
+
+    def with_intervals(
+        self, tell: Callable[[float], None]
+    ) -> tuple[_Followed, dict[str, tuple[float, float]]]:
+        """The fit to all usable rows, and 95 % intervals by leaving out blocks of time in turn."""
+        whole = self.fit(self.usable, lags=True, widths=True)
+        count = min(_BLOCKS, int(self.stretch.max()) + 1)
+        edges = np.linspace(0.0, float(self.motion.time_s[-1]) + 1e-9, count + 1)
+        block = np.digitize(self.motion.time_s, edges) - 1
+        parts = []
+        for number in range(count):
+            rows = self.usable & (block != number)
+            parts.append(self.fit(rows, lags=True, widths=True))
+            tell((number + 1) / count)
+        quantile = float(student.ppf(0.975, count - 1))
+        spans = {}
+        for name in ("lag_s", "width", "offset"):
+            values = np.array([getattr(one, name) for one in parts])
+            spread = math.sqrt((count - 1) / count * float(np.sum((values - values.mean()) ** 2)))
+            value = getattr(whole, name)
+            # Blocks that agree to the step of the scan or of the encoder know no better than it.
+            finest = _LONGEST_LAG_S * (6.0 / _GRID) ** (_ROUNDS - 1) / _GRID
+            half = math.hypot(quantile * spread, finest if name == "lag_s" else 0.5 * self.step)
+            spans[name] = (value - half, value + half)
+        return whole, spans
+
+    def _scan(self, rows: BoolArray, lags: bool, widths: bool) -> _Followed:
+        reach = float(np.ptp(self.command[self.usable]))
+        low = np.array([0.0, 0.0])
+        high = np.array([_LONGEST_LAG_S if lags else 0.0, 0.9 * reach if widths else 0.0])
+        best = np.zeros(2)
+        for _ in range(_ROUNDS):
+            lag = np.linspace(low[0], high[0], _GRID if lags else 1)
+            width = np.linspace(low[1], high[1], _GRID if widths else 1)
+            cost = self._costs(lag, width, rows)
+            at = np.unravel_index(int(np.argmin(cost)), cost.shape)
+            best = np.array([lag[at[0]], width[at[1]]])
+            reach_now = 3.0 * (high - low) / max(_GRID - 1, 1)
+            low, high = np.maximum(best - reach_now, 0.0), best + reach_now
+            if not lags:
+                low[0] = high[0] = 0.0
+            if not widths:
+                low[1] = high[1] = 0.0
+        played = np.empty(self.command.size)
+        _play(self._late(float(best[0])), 0.5 * float(best[1]), played)
+        offset = float(np.mean((self.motion.raw_position - played)[rows]))
+        return _Followed(float(best[0]), float(best[1]), offset, played + offset)
+
+    def _costs(self, lags: FloatArray, widths: FloatArray, rows: BoolArray) -> FloatArray:
+        self.scans += lags.size * widths.size
+        cost = np.empty((lags.size, widths.size))
+        for index, lag in enumerate(lags.tolist()):
+            late = self._late(lag)
+            _play_costs(late, 0.5 * widths, self.motion.raw_position, rows, cost[index])
+        return cost
+
+    def _late(self, lag_s: float) -> FloatArray:
+        time_s = self.motion.time_s
+        return np.interp(time_s - lag_s, time_s, self.command)
+
+
+@kernel
+def _play(command, half, out):
+    """The play operator: `out` stays until `command` is `half` away from it."""
+    state = command[0]
+    for index in range(command.shape[0]):
+        state = min(max(state, command[index] - half), command[index] + half)
+        out[index] = state
+
+
+@kernel
+def _play_costs(command, halves, position, rows, out):
+    """Variance over `rows` of position less played command, for each half width, into `out`."""
+    for number in range(halves.shape[0]):
+        half = halves[number]
+        state = command[0]
+        count, first, second = 0, 0.0, 0.0
+        for index in range(command.shape[0]):
+            state = min(max(state, command[index] - half), command[index] + half)
+            if rows[index]:
+                left = position[index] - state
+                count += 1
+                first += left
+                second += left * left
+        out[number] = second / count - (first / count) ** 2
+
+
+def _rms(values: FloatArray) -> float:
+    return float(np.sqrt(np.mean(values**2))) if values.size else 0.0
+
+
+def _measured(
+    motion: Motion,
+    end: str,
+    step: float,
+    whole: _Followed,
+    spans: dict[str, tuple[float, float]],
+    gap: float,
+    left: float,
+) -> tuple[Measured, ...]:
+    share = max(0.0, 1.0 - left / gap) if gap > 0.0 else 0.0
+    lag = (max(spans["lag_s"][0], 0.0), spans["lag_s"][1])
+    width = (max(spans["width"][0], 0.0), spans["width"][1])
+    return (
+        Measured("lag_s", "s", whole.lag_s, *lag, "of the position behind the command"),
+        Measured(
+            f"dead_band_{end}",
+            end,
+            whole.width,
+            *width,
+            "play, stiction and dead band of the controller together, full width",
+        ),
+        Measured(
+            f"offset_{end}", end, whole.offset, *spans["offset"], "position less command, mean"
+        ),
+        Measured(f"resolution_{end}", end, step, step, step, "step of the recorded position"),
+        Measured(
+            "highest_frequency_hz",
+            "Hz",
+            *(0.5 * motion.rate_hz,) * 3,
+            "half the sampling rate: nothing above is seen",
+        ),
+        Measured(
+            "relative_gap_taken_off", "1", share, share, share, "by these, on held-out stretches"
+        ),
+    )
+
+
+def _notes(
+    motion: Motion,
+    machine: Machine,
+    step: float,
+    whole: _Followed,
+    spans: dict[str, tuple[float, float]],
+    alone: dict[str, float],
+    left: float,
+    gap: float,
+) -> list[str]:
+    unit = "m" if machine.linear else "rad"
+    notes = [
+        "command and position alone, controller unknown: a lag may be a delay or a soft loop, a "
+        "dead band may be play, stiction or the controller's own; no cause is named",
+    ]
+    if left > 0.0 and min(alone.values()) <= 1.05 * left:
+        name = min(alone, key=lambda one: alone[one])
+        other = "dead band" if name == "lag" else "lag"
+        what = "lag" if name == "lag" else "dead band"
+        notes.append(
+            f"a {what} alone leaves nearly as little as both: the {other} is not sure; moves of "
+            "several speeds would tell"
+        )
+    if whole.lag_s < 1.0 / motion.rate_hz:
+        notes.append(f"the lag is below one sample of {1e3 / motion.rate_hz:.3g} ms")
+    if whole.width < 2.0 * step or spans["width"][0] <= step:
+        notes.append(
+            f"no dead band is proven: what was found does not stand clear of the step of "
+            f"{step:.3g} {unit}"
+        )
+    if left > 2.0 * step and left > 0.3 * gap:
+        notes.append(
+            f"{100.0 * left / gap:.0f} % of the gap is left by lag and dead band: the output also "
+            "moves otherwise than commanded (load, friction, stick-slip)"
+        )
+    notes.append(
+        f"not judged at {motion.rate_hz:.3g} Hz from an encoder at the output: inertia, friction "
+        "in N m, cogging, stiffness, torque constant, gains, and play between motor and encoder "
+        "apart from the rest"
+    )
+    if np.isfinite(motion.effort).any():
+        notes.append(
+            "an effort was recorded and not used: a drive file of kind rigid weighs motion against "
+            "it"
+        )
+    return notes
+
+
+def _when(motion: Motion, command: FloatArray, usable: BoolArray) -> tuple[ConditionShare, ...]:
+    energy = (motion.raw_position - command)[usable] ** 2
+    speed = np.gradient(command, motion.time_s)[usable]
+    top = float(np.max(np.abs(np.gradient(command, motion.time_s))))
+    masks = {
+        "rest": np.abs(speed) < 0.01 * top,
+        "low_speed": (np.abs(speed) >= 0.01 * top) & (np.abs(speed) < 0.2 * top),
+        "high_speed": np.abs(speed) > 0.5 * top,
+        "forwards": speed > 0.01 * top,
+        "backwards": speed < -0.01 * top,
+    }
+    return shares(energy, {name: mask for name, mask in masks.items() if mask.any()}, {})
+
+
+def _series(
+    motion: Motion, machine: Machine, command: FloatArray, judge: _Judge, start_ns: int
+) -> Series:
+    end = "m" if machine.linear else "rad"
+    return Series(
+        time_s=motion.time_s,
+        reference_m=command,
+        recorded=motion.raw_position[None],
+        before=command[None],
+        after=command[None],
+        held_out=judge.judged,
+        usable=judge.usable,
+        start_ns=start_ns,
+        position=motion.raw_position,
+        position_unit=end,
+        speed=np.gradient(command, motion.time_s),
+        speed_unit=f"{end}/s",
+    )

@@ -1,0 +1,166 @@
+"""A judgement of a rigid drive as a `Diagnosis`."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from ...drive.rigid.effects_file import as_file, numbered
+from ...drive.rigid.machine import Machine
+from ...effects.catalogue import CATALOGUE
+from ...recording.signals import Recording
+from ..diagnosis import Candidate, Cause, Diagnosis, FittedParameter, FloatArray, Series, SignalGap
+from ..verdict import ranked
+from .closest import closest
+from .judge import Judgement, Ruling
+from .locate import by_condition, by_frequency, by_port
+from .measured import costs, measured
+from .replay import Replay, replay
+from .sheet import sheet_values
+
+
+def assembled(
+    judgement: Judgement,
+    mode: float | None,
+    recording: Recording,
+    source: str,
+    drive_name: str,
+) -> Diagnosis:
+    """Rule, replay, and put together what is said. mode: that was judged, None for all."""
+    ruling = judgement.rule()
+    played = replay(judgement, ruling)
+    balance, contest, floor = judgement.balance, judgement.contest, judgement.floor
+    motion, along, spread = judgement.motion, judgement.catalogue.along, judgement.spread
+    no_gap, named = ruling.verdict in ("no_gap", "within_sheet"), ruling.named
+    block = ruling.causes[0].block if named else (None if no_gap else _nearest_block(judgement))
+    steps = [one.rms(judgement.judged) / spread for one in contest.path]
+    merged, reached = _merged(ruling.causes, steps) if named else ((), ())
+    best = closest(along, judgement.whole) if named else None
+    gap = SignalGap(motion.effort_name, motion.effort_unit, ruling.before, ruling.after, floor)
+    whole = judgement.whole if named else balance.fit(contest.base.terms, balance.usable)
+    before = contest.base.rms(judgement.judged)
+    return Diagnosis(
+        source=source,
+        drive=drive_name,
+        verdict=ruling.verdict,
+        block=block,
+        signals=(gap, *played.signals),
+        when=() if no_gap else by_condition(balance, along, ruling.base),
+        frequency_hz=() if no_gap else by_frequency(balance, ruling.base),
+        ports=by_port(balance, along, before, floor, spread),
+        causes=merged,
+        before=ruling.before / spread,
+        after=ruling.after / spread,
+        floor=floor / spread,
+        shrink=ruling.shrink,
+        steps=reached,
+        candidates=_candidates(judgement),
+        notes=(*costs(motion, along, mode), *played.notes, *motion.notes, *judgement.notes),
+        values={} if best is None else _values(judgement, best),
+        series=_series(judgement, ruling, played, int(recording.stamp_ns[0])),
+        replays=contest.fits,
+        misfit_before=ruling.before / floor,
+        misfit_after=ruling.after / floor,
+        misfit_perfect=1.0,
+        misfit_best=ruling.best / floor,
+        margin=ruling.margin,
+        duration_s=recording.duration_s,
+        rate_hz=recording.rate_hz,
+        measured=(
+            *measured(balance, along, contest.winner if named else contest.base, whole),
+            *played.measured,
+        ),
+        floor_is=judgement.floor_is,
+        closest=best,
+        sheet=sheet_values(judgement.whole.terms, judgement.spans, along.machine, along.units),
+        within_sheet=ruling.after / spread if ruling.verdict == "within_sheet" else None,
+        reason=ruling.reason,
+    )
+
+
+def _values(judgement: Judgement, best: Machine) -> dict[str, dict[str, float]]:
+    """Of the named causes, as a drive file takes them; best: the closest machine."""
+    names = {one.effect for one in judgement.contest.order}
+    written = as_file(best.effects, judgement.units, best.lead)
+    return {name: values for name, values in written.items() if name in names}
+
+
+def _nearest_block(judgement: Judgement) -> str | None:
+    for one in judgement.contest.singles:
+        names = [name for name in one.effects if name in CATALOGUE]
+        if names:
+            return CATALOGUE[names[-1]].block
+    return None
+
+
+def _candidates(judgement: Judgement) -> tuple[Candidate, ...]:
+    contest, floor, fitted = judgement.contest, judgement.floor, judgement.balance.fitted
+    unknown = {one.effect for one in judgement.catalogue.unknown()}
+    return ranked(
+        Candidate(
+            tuple(name for name in one.effects if name not in unknown),
+            one.rms(fitted) / floor,
+            one.rms(judgement.judged) / floor,
+        )
+        for one in (contest.winner, *contest.rivals, *contest.singles, contest.base)
+    )
+
+
+def _series(judgement: Judgement, ruling: Ruling, played: Replay, start_ns: int) -> Series:
+    motion, balance, along = judgement.motion, judgement.balance, judgement.catalogue.along
+    rows, end = motion.rows, along.units.end
+    known = np.isfinite(motion.reference_position).any()
+    reference = motion.reference_position[rows] if known else np.full(rows.size, np.nan)
+    position = motion.position[rows]
+    if not along.machine.linear and along.turns:  # within one turn where the output goes round
+        position = np.mod(position, math.tau)
+    return Series(
+        time_s=balance.time_s,
+        reference_m=reference,
+        recorded=_rows(balance.effort, played.recorded),
+        before=_rows(balance.effort - ruling.base.residual, played.before),
+        after=_rows(balance.effort - ruling.final.residual, played.after),
+        held_out=balance.held & balance.usable,
+        usable=balance.usable,
+        start_ns=start_ns,
+        position=position,
+        position_unit=end,
+        speed=motion.velocity[rows],
+        speed_unit=f"{end}/s",
+    )
+
+
+def _rows(first: FloatArray, others: FloatArray) -> FloatArray:
+    return np.concatenate([first[None], others.reshape(-1, first.size)])
+
+
+def _merged(
+    causes: Sequence[Cause], steps: Sequence[float]
+) -> tuple[tuple[Cause, ...], tuple[float, ...]]:
+    """Several orders or frequencies of one effect as one cause, the strongest first.
+
+    Steps are kept where the last of its orders was added.
+    """
+    groups: dict[str, list[Cause]] = {}
+    last: dict[str, float] = {}
+    for one, step in zip(causes, steps, strict=True):
+        groups.setdefault(one.effect, []).append(one)
+        last[one.effect] = step
+    made, reached = [], []
+    level = math.inf
+    for effect, group in groups.items():
+        first = group[0]
+        parameters = list(first.parameters)
+        for number, other in enumerate(group[1:], start=2):
+            parameters += [
+                FittedParameter(numbered(p.name, number), p.unit, p.value, p.low, p.high)
+                for p in other.parameters
+            ]
+        shrink = sum(one.shrink for one in group)
+        made.append(dataclasses.replace(first, parameters=tuple(parameters), shrink=shrink))
+        level = min(level, last[effect])
+        reached.append(level)
+    return tuple(made), tuple(reached)

@@ -1,0 +1,277 @@
+"""The balance of efforts as a robust regression: columns in, coefficients and residual out."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import nnls
+from scipy.stats import t as student
+
+from ...effects.term import Interval, Term
+from ..diagnosis import BoolArray, FloatArray
+from ..split import STRETCH_S
+from .motion import Motion
+from .rest import at_rest
+
+HELD_OUT_EVERY = 3  # one stretch in so many is never fitted
+MOST_STRETCHES = 48  # what is left is correlated over time: more of them say no more
+_LOSS = 5.0  # residuals beyond so many robust standard deviations lose their weight (Cauchy)
+_ROUNDS = 6
+_LEAST_MOVING = 0.2  # share of the samples in motion with which rest is left out
+_FORM = 1e-3  # half width, as a share of the value, that no interval falls below
+
+
+@dataclass(frozen=True, eq=False)
+class Solution:
+    """A fit of a set of terms.
+
+    Attributes:
+        terms: in the order of the coefficients.
+        coefficients: float64[k]. residual: float64[m], all compared samples. weights: float64[m]
+            of the robust loss. scale: robust standard deviation of the residual on the fitted rows.
+    """
+
+    terms: tuple[Term, ...]
+    coefficients: FloatArray
+    residual: FloatArray
+    weights: FloatArray
+    scale: float
+
+    def of(self, term: Term) -> FloatArray:
+        """The coefficients of one term."""
+        at = 0
+        for one in self.terms:
+            size = one.columns.shape[0]
+            if one is term:
+                return self.coefficients[at : at + size]
+            at += size
+        raise KeyError(term.key)
+
+    def rms(self, rows: BoolArray) -> float:
+        """Of what it leaves on `rows`, bool[m]."""
+        return float(np.sqrt(np.mean(self.residual[rows] ** 2)))
+
+    def explained(self, nominal: FloatArray) -> FloatArray:
+        """Effort explained on the grid of the motion: nominal plus the terms."""
+        made = nominal.copy()
+        for one in self.terms:
+            made += self.of(one) @ one.columns
+        return made
+
+    @property
+    def effects(self) -> tuple[str, ...]:
+        """Names, each once."""
+        return tuple(dict.fromkeys(one.effect for one in self.terms))
+
+
+class Balance:
+    """Measured effort less what the nominal model asks, and what may explain the rest.
+
+    Attributes:
+        target: float64[m], effort less nominal, filtered. effort: float64[m].
+        usable, held: bool[m]. stretch: int64[m], number of the stretch of `stretch_s`.
+        fold: int64[m], 0 to `FOLDS` - 1 on stretches that are fitted, for cross-validation.
+    """
+
+    FOLDS = 4
+
+    def __init__(self, motion: Motion, nominal: FloatArray) -> None:
+        self.motion = motion
+        self.nominal = nominal
+        self.effort = motion.filtered(motion.effort)
+        self.target = motion.filtered(motion.effort - nominal)
+        rows = motion.rows
+        self.time_s = motion.time_s[rows]
+        moving = (motion.usable & ~at_rest(motion))[rows]
+        # Where it hardly ever moves there is nothing else to go by.
+        self.rests = bool(moving.sum() >= _LEAST_MOVING * max(motion.usable[rows].sum(), 1))
+        self.usable: BoolArray = moving if self.rests else motion.usable[rows]
+        part = self.time_s[self.usable]
+        begin, end = (float(part[0]), float(part[-1])) if part.size else (0.0, 1.0)
+        self.stretch_s = stretch_length(end - begin)
+        self.stretch: NDArray[np.int64] = np.floor((self.time_s - begin) / self.stretch_s).astype(
+            np.int64
+        )
+        self.held: BoolArray = self.stretch % HELD_OUT_EVERY == 1
+        self.fold: NDArray[np.int64] = self.stretch // HELD_OUT_EVERY % self.FOLDS
+        self._cache: dict[str, tuple[Term, FloatArray]] = {}
+
+    @property
+    def fitted(self) -> BoolArray:
+        """Rows that parameters are fitted to."""
+        return self.usable & ~self.held
+
+    @property
+    def judged(self) -> BoolArray:
+        """Rows that no parameter is fitted to."""
+        return self.usable & self.held
+
+    def columns(self, terms: Sequence[Term]) -> FloatArray:
+        """float64[m, k], filtered."""
+        if not terms:
+            return np.zeros((self.target.size, 0))
+        made = []
+        for one in terms:
+            # Columns that follow what is explained so far may be others of the same key.
+            last = self._cache.get(one.key)
+            if last is None or (last[0] is not one and one.follows):
+                last = self._cache[one.key] = (one, self.motion.filtered(one.columns))
+            made.append(last[1])
+        return np.concatenate(made).T
+
+    def fit(
+        self, terms: Sequence[Term], rows: BoolArray | None = None, rounds: int = _ROUNDS
+    ) -> Solution:
+        """Robust least squares (Cauchy loss by reweighting) within the terms' bounds."""
+        rows = self.fitted if rows is None else rows
+        columns = self.columns(terms)
+        low = np.array([value for one in terms for value in one.low])
+        weights = np.ones(self.target.size)
+        coefficients = np.zeros(columns.shape[1])
+        residual = self.target
+        scale = _scale(residual[rows])
+        for _ in range(rounds if terms else 0):
+            coefficients = _solve(columns[rows], self.target[rows], weights[rows], low)
+            residual = self.target - columns @ coefficients
+            scale = _scale(residual[rows])
+            weights = 1.0 / (1.0 + (residual / (_LOSS * scale)) ** 2)
+        return Solution(tuple(terms), coefficients, residual, weights, scale)
+
+    def costs(self, solution: Solution, scale: float, rows: BoolArray) -> FloatArray:
+        """Robust squared residual of each stretch among `rows`: mean over its samples."""
+        loss = (_LOSS * scale) ** 2 * np.log1p((solution.residual / (_LOSS * scale)) ** 2)
+        return self.by_stretch(loss, rows)
+
+    def by_stretch(self, values: FloatArray, rows: BoolArray) -> FloatArray:
+        """Means over the stretches that have at least some of `rows`."""
+        labels = np.unique(self.stretch[rows], return_inverse=True)[1]
+        count = np.bincount(labels)
+        means = np.bincount(labels, weights=values[rows]) / np.maximum(count, 1)
+        kept: FloatArray = means[count >= max(3, 0.2 * count.max(initial=0))]
+        return kept
+
+    def cross_validated(self, terms: Sequence[Term], scale: float) -> FloatArray:
+        """Costs of the fitted stretches, each from a fit that left out its fold."""
+        fitted = self.fitted
+        residual = self.target.copy()
+        for number in range(self.FOLDS):
+            out = fitted & (self.fold == number)
+            rest = fitted & ~out
+            if not out.any():
+                continue
+            if rest.sum() < 4 * sum(one.size for one in terms) + 8:
+                return self.by_stretch(np.full(residual.size, np.inf), fitted)
+            solution = self.fit(terms, rest, rounds=3)
+            residual[out] = solution.residual[out]
+        loss = (_LOSS * scale) ** 2 * np.log1p((residual / (_LOSS * scale)) ** 2)
+        return self.by_stretch(loss, fitted)
+
+    def covariance(self, solution: Solution, rows: BoolArray) -> tuple[FloatArray, int]:
+        """Of the coefficients fitted on `rows`, and the number of stretches that it rests on.
+
+        The sandwich estimator over stretches: what is left may be correlated within one as it
+        likes. Never less than white noise of the residual's size would give.
+        """
+        columns = self.columns(solution.terms)[rows]
+        weights = solution.weights[rows]
+        residual = solution.residual[rows]
+        inverse = np.linalg.pinv((columns * weights[:, None]).T @ columns, hermitian=True)
+        labels = np.unique(self.stretch[rows], return_inverse=True)[1]
+        count = int(labels.max()) + 1
+        scores = np.zeros((count, columns.shape[1]))
+        np.add.at(scores, labels, columns * (weights * residual)[:, None])
+        meat = scores.T @ scores * (count / max(count - 1, 1))
+        made = inverse @ meat @ inverse
+        white = inverse * solution.scale**2
+        grown = np.sqrt(np.maximum(np.diag(white) / np.maximum(np.diag(made), 1e-300), 1.0))
+        return made * np.outer(grown, grown), count
+
+    def intervals(self, solution: Solution, rows: BoolArray) -> dict[str, list[Interval]]:
+        """95 % intervals of the parameters of each term, by its key; by the delta method."""
+        covariance, count = self.covariance(solution, rows)
+        quantile = float(student.ppf(0.975, max(count - solution.coefficients.size, 2)))
+        found: dict[str, list[Interval]] = {}
+        at = 0
+        for term in solution.terms:
+            size = term.columns.shape[0]
+            values = solution.coefficients[at : at + size]
+            part = covariance[at : at + size, at : at + size]
+            base = term.parameters(values)
+            made: list[Interval] = []
+            slopes = np.zeros((len(base), size))
+            for index in range(size):
+                step = 1e-3 * math.sqrt(max(part[index, index], 1e-300))
+                moved = values.copy()
+                moved[index] += step
+                for number, (_, _, value) in enumerate(term.parameters(moved)):
+                    slopes[number, index] = (value - base[number][2]) / step
+            for number, (name, unit, value) in enumerate(base):
+                spread = math.sqrt(max(float(slopes[number] @ part @ slopes[number]), 0.0))
+                half = math.hypot(quantile * spread, _FORM * abs(value))
+                if name in term.fixed:
+                    half = quantile * _searched(term, name, value, base[0][2], part)
+                made.append(Interval(name, unit, value, value - half, value + half))
+            found[term.key] = made
+            at += size
+        return found
+
+
+def _searched(
+    term: Term, name: str, value: float, amplitude: float, covariance: FloatArray
+) -> float:
+    """Standard deviation of a parameter that was searched: the rate of a sine, or one in steps.
+
+    sigma_f = sqrt(3) / pi x sigma_A / (A T) for a sine seen over T (Rife, Boorstyn, 1974). A period
+    follows from its rate.
+    """
+    if name in term.steps:
+        return term.steps[name]
+    if term.extent <= 0.0 or amplitude <= 0.0:
+        return 0.0
+    ratio = math.sqrt(max(float(np.trace(covariance)) / 2.0, 0.0)) / amplitude
+    spread = math.sqrt(3.0) / math.pi * ratio / term.extent
+    return spread * value**2 if name == "period_m" else spread
+
+
+def stretch_length(duration_s: float) -> float:
+    """Length of a stretch: 0.5 s, longer in long recordings, shorter where there are too few."""
+    longest = max(STRETCH_S, duration_s / MOST_STRETCHES)
+    return max(min(longest, duration_s / (4 * HELD_OUT_EVERY)), 1e-6)
+
+
+def _scale(residual: FloatArray) -> float:
+    """Robust standard deviation about zero."""
+    if residual.size == 0:
+        return 1e-300
+    middle = 1.4826 * float(np.median(np.abs(residual)))
+    return max(middle, 1e-3 * float(np.sqrt(np.mean(residual**2))), 1e-300)
+
+
+def _solve(
+    columns: FloatArray, target: FloatArray, weights: FloatArray, low: FloatArray
+) -> FloatArray:
+    """Weighted least squares with lower bounds, by normal equations of scaled columns."""
+    size = np.sqrt(np.mean(columns**2, axis=0))
+    size[size == 0.0] = 1.0
+    scaled = columns / size
+    weighted = scaled * weights[:, None]
+    gram, aim = weighted.T @ scaled, weighted.T @ target
+    found: FloatArray = np.linalg.lstsq(gram, aim, rcond=1e-12)[0] / size
+    if np.all(found >= low):
+        return found
+    # The same minimum as of the tall problem: gram = L L', aim = L y.
+    values, vectors = np.linalg.eigh(gram)
+    root = np.sqrt(np.maximum(values, 1e-12 * values[-1]))
+    system, aim = root[:, None] * vectors.T, (vectors.T @ aim) / root
+    # What is bounded is counted from its bound; what is free is the difference of two parts.
+    floor = np.where(np.isfinite(low), low * size, 0.0)
+    free = np.flatnonzero(~np.isfinite(low))
+    parts, _ = nnls(np.concatenate([system, -system[:, free]], axis=1), aim - system @ floor)
+    scaled_found = floor + parts[: low.size]
+    scaled_found[free] -= parts[low.size :]
+    result: FloatArray = scaled_found / size
+    return result

@@ -1,0 +1,132 @@
+"""The band in which motion and effort are compared: noise of the position, and the low-passes."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import butter, sosfiltfilt, welch
+
+from ...drive.rigid.machine import Machine
+from ..diagnosis import BoolArray, FloatArray
+
+ORDER = 4  # of the low-passes, run forwards and backwards
+DERIVATIVE = 2.5  # cutoff before differentiating, over the bandwidth
+SAMPLES_PER_PERIOD = 2.5  # of the bandwidth's frequency, after decimation
+_HIGHEST = 0.2  # of the sampling rate: a bandwidth above it is not asked for
+_POWER = 0.997  # share of the effort's power that the band holds
+_LEAST_SAMPLES = 1500  # to compare, so that steps of friction are seen in smooth motion, too
+_NOISE = 0.05  # share of the acceleration's power that may be noise
+_QUIETER = 0.5  # times the noise of differences: below, the recorded speed is taken
+_LAG = 0.02  # of the speed's spread that a recorded speed may be off beyond noise
+
+
+def low_passed(sos: NDArray[np.float64], values: FloatArray) -> FloatArray:
+    """Zero-phase; the straight line through the ends is set aside, so that turns add no step."""
+    line = np.linspace(values[0], values[-1], values.size)
+    made: FloatArray = sosfiltfilt(sos, values - line) + line
+    return made
+
+
+def speed_noise_of(position_noise: float, cutoff: float, rate: float) -> float:
+    """Standard deviation of the low-passed speed, from the position's noise.
+
+    White noise of sigma, differentiated, up to the cutoff f_c: 2 pi sigma sqrt(2 f_c^3 / (3 f_s)).
+    """
+    return math.tau * position_noise * math.sqrt(2.0 * cutoff**3 / (3.0 * rate))
+
+
+def told_by_speed(
+    recorded: FloatArray,
+    velocity: FloatArray,
+    usable: BoolArray,
+    rate: float,
+    spread: float,
+    machine: Machine,
+    bandwidth: float,
+    effort: FloatArray,
+    cutoff: float,
+) -> tuple[float, float, float] | None:
+    """Bandwidth, cutoff and noise by the recorded speed; None where differences are as good.
+
+    velocity: from differences of the position, with noise of `spread`. The recorded speed has to
+    say the same within that noise, and to be clearly quieter.
+    """
+    if not usable.any() or not np.isfinite(recorded).all():
+        return None
+    own = position_noise(recorded, rate, usable)  # of any signal
+    quiet = own * math.sqrt(min(2.0 * cutoff / rate, 1.0))
+    sos = butter(ORDER, cutoff, fs=rate, output="sos")
+    apart = (low_passed(sos, recorded) - velocity)[usable]
+    size = float(np.std(velocity[usable]))
+    if quiet > _QUIETER * spread or float(np.sqrt(np.mean(apart**2))) > 3.0 * spread + _LAG * size:
+        return None
+    if machine.bandwidth_hz is None:
+        bandwidth = max(bandwidth, bandwidth_of(recorded, effort, rate, own, usable, order=1))
+        bandwidth = min(bandwidth, 0.4 * rate)
+        cutoff = min(DERIVATIVE * bandwidth, 0.45 * rate)
+    return bandwidth, cutoff, own * math.sqrt(min(2.0 * cutoff / rate, 1.0))
+
+
+def _spectrum(values: FloatArray, rate: float) -> tuple[FloatArray, FloatArray]:
+    segment = int(min(values.size, max(256, 4.0 * rate)))
+    frequency, density = welch(values, rate, nperseg=segment, detrend="constant")
+    return frequency, density
+
+
+def _second_difference(rate: float, frequency: FloatArray) -> FloatArray:
+    """Squared gain of the second difference over time."""
+    gain: FloatArray = (2.0 * np.sin(np.pi * frequency / rate)) ** 4 * rate**4
+    return gain
+
+
+def position_noise(position: FloatArray, rate: float, usable: BoolArray) -> float:
+    """Standard deviation of the position's white noise, from the top of its spectrum.
+
+    Not below what the smallest step between recorded values makes as rounding.
+    """
+    second = np.diff(position[usable], 2) * rate**2
+    frequency, density = _spectrum(second, rate)
+    top = frequency > 0.35 * rate
+    white = float(np.median(density[top] / _second_difference(rate, frequency[top])))
+    steps = np.abs(np.diff(position[usable]))
+    smallest = float(np.min(steps[steps > 1e-12 * max(np.ptp(position), 1e-300)], initial=np.inf))
+    crowd = float(np.mean((steps > 0.5 * smallest) & (steps < 1.5 * smallest) | (steps == 0.0)))
+    rounding = smallest / math.sqrt(12.0) if crowd > 0.2 and math.isfinite(smallest) else 0.0
+    return max(math.sqrt(max(white, 0.0) * rate / 2.0), rounding, 1e-12)
+
+
+def bandwidth_of(
+    position: FloatArray,
+    effort: FloatArray,
+    rate: float,
+    noise: float,
+    usable: BoolArray,
+    order: int = 2,
+) -> float:
+    """Hz up to which effort and acceleration both say more than their noise.
+
+    The frequency that holds 99.7 % of the effort's power (of the acceleration's, where there is no
+    effort), or that which leaves 1500 samples to compare, if it is higher; unless noise of the
+    position would by then be more than a twentieth of the acceleration's power; never above a fifth
+    of the sampling rate. order: of the difference that makes `position` an acceleration; 1 where
+    it is a speed, and `noise` is of it.
+    """
+    second = np.diff(position[usable], order) * rate**order
+    frequency, density = _spectrum(second, rate)
+    shape = _second_difference(rate, frequency) ** (0.5 * order)
+    rough = 2.0 * noise**2 / rate * shape
+    signal = np.cumsum(np.maximum(density - rough, 0.0))
+    quiet = np.cumsum(rough) <= _NOISE * np.maximum(signal, 1e-300)
+    quiet[: max(2, int(2.0 / frequency[1]))] = True
+    limit = float(frequency[np.flatnonzero(quiet)[-1]])
+    if np.isfinite(effort).all() and float(np.ptp(effort)) > 0.0:
+        frequency, density = _spectrum(effort[usable] - effort[usable].mean(), rate)
+        density = np.maximum(density - np.median(density[frequency > 0.4 * rate]), 0.0)
+        held = np.cumsum(density)
+    else:
+        held = signal
+    reach = float(frequency[int(np.searchsorted(held, _POWER * held[-1]))])
+    reach = max(reach, _LEAST_SAMPLES / (SAMPLES_PER_PERIOD * usable.sum() / rate))
+    return max(min(reach, limit, _HIGHEST * rate), 4.0 * frequency[1])

@@ -1,0 +1,98 @@
+"""How sure a fitted effect of a rigid drive is, and what looks the same in its recording."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from ...effects.catalogue import EFFECTS
+from ...effects.term import Term
+from ..diagnosis import BoolArray
+from .balance import Balance, Solution
+from .contest import Contest
+
+_CERTAIN = 0.97  # the most that a cause found by effort is believed
+_ALIKE = 0.2  # of what is left: sets that differ by less (2 % of its RMS) cannot be told apart
+_SAME = 0.01  # of the power of columns: they span the same but next to a reversal
+_OWN = 0.5  # share of an effect's power that another has to take over to be its like
+_UNLIKELY = 1.0 / 3.0  # weight of an alternative for each step that it is rarer
+
+
+class Certainty:
+    """Of the effects of one contest.
+
+    judged: bool[m], rows that gap figures are of. floor: standard deviation of what cannot be
+    explained.
+    """
+
+    def __init__(self, balance: Balance, contest: Contest, judged: BoolArray, floor: float) -> None:
+        self.balance, self.contest, self.judged, self.floor = balance, contest, judged, floor
+
+    def of(self, term: Term, lost: float) -> tuple[float, float, tuple[str, ...]]:
+        """That it, or what looks the same here, acts; that it does itself; what looks the same.
+
+        The first grows with how much it is missed and how far behind the best set without it
+        comes; the second is its share of the first among what this recording cannot tell from it.
+        """
+        winner = self.contest.winner
+        best = max(winner.rms(self.judged), 1e-300)
+        held = {one.effect for one in self.contest.order}
+        # The same columns, but less common; of a term of several parts they give but one.
+        parts = 1 + bool(term.refines)
+        rarity = EFFECTS[term.effect].rarity
+        weights = {
+            name: _UNLIKELY ** max(parts, EFFECTS[name].rarity - rarity)
+            for name in term.alternatives
+        } | dict.fromkeys(term.bent_by, 0.0)
+        behind = best + max(lost, 0.0)
+        # What is left beyond the floor is unknown: a second unknown of that size would turn one
+        # candidate into another, however many samples there are.
+        unknown = math.hypot(
+            math.sqrt(max(best**2 - self.floor**2, 0.0)), _ALIKE * min(best, self.floor)
+        )
+        own = self._apart(winner, self.contest.without[term.effect])
+        for other, rival in self.contest.swaps[term.effect]:
+            if term.effect in other.contained or self._finer(rival, winner, term):
+                continue  # a finer form of the same
+            if other.effect == term.effect:  # another order or line, as good as the one found
+                behind = min(behind, max(rival.rms(self.judged), best))
+                continue
+            if other.effect in held:
+                continue
+            apart = self._apart(winner, rival)
+            simpler = self._within([other], [term])
+            near = apart <= unknown or rival.rms(self.judged) <= math.hypot(1.0, _ALIKE) * best
+            if not simpler and near and apart <= math.sqrt(_OWN) * own:
+                weight = _UNLIKELY ** max(EFFECTS[other.effect].rarity - rarity, 0)
+                weights.setdefault(other.effect, weight)
+            else:
+                behind = min(behind, max(rival.rms(self.judged), best))
+        sure = 1.0 - math.exp(-max(behind / best - 1.0, 0.0) / 0.03)
+        # Where the effort stood still while the output moved, something else drives it, too.
+        acts = min(0.5 + 0.5 * sure, _CERTAIN) * (1.0 - self.balance.motion.standing)
+        # What is rare has to stand above what is unknown anyway.
+        if rarity > 1:
+            acts = min(acts, 1.0 / (1.0 + 2.0 * (unknown / max(own, 1e-9 * best)) ** 2))
+        return acts, acts / (1.0 + sum(weights.values())), tuple(weights)
+
+    def _apart(self, one: Solution, other: Solution) -> float:
+        """RMS of the difference between what two fits explain."""
+        rows = self.balance.usable
+        return float(np.sqrt(np.mean((one.residual - other.residual)[rows] ** 2)))
+
+    def _finer(self, rival: Solution, winner: Solution, term: Term) -> bool:
+        """Whether a rival holds all that the closest set does with `term`, and more."""
+        size = sum(one.columns.shape[0] for one in winner.terms)
+        more = sum(one.columns.shape[0] for one in rival.terms) > size
+        return more and self._within([term], rival.terms)
+
+    def _within(self, simple: Sequence[Term], full: Sequence[Term]) -> bool:
+        """Whether terms are a special case of others: then they are a simpler form, no rival."""
+        few, many = self.balance.columns(simple), self.balance.columns(full)
+        if few.shape[1] >= many.shape[1]:
+            return False
+        rows = self.balance.usable
+        made = many[rows] @ np.linalg.lstsq(many[rows], few[rows], rcond=None)[0]
+        return bool(np.sum((few[rows] - made) ** 2) <= _SAME * np.sum(few[rows] ** 2))

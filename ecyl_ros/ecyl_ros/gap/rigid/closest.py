@@ -1,0 +1,44 @@
+"""The machine that comes closest to a recording: the drive file's with what was found added."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any
+
+from ...drive.rigid.machine import KEYS, Machine
+from ...drive.rigid.model import Acting
+from ...effects.along import Along
+from ...effects.catalogue import RIGID
+from .balance import Solution
+
+
+def closest(along: Along, solution: Solution) -> Machine:
+    """The nominal machine with the terms of `solution` and their coefficients added.
+
+    Its nominal effort is what `solution` explains, but for a delay, which a fit knows to first
+    order only.
+    """
+    machine = along.machine
+    found = list(machine.effects)
+    for term in solution.terms:
+        values = term.values(solution.of(term))
+        key = RIGID[term.effect].constant[not machine.linear]
+        if along.units.own and key and getattr(machine, KEYS[key].field) is None:
+            (value,) = values.values()  # the file left it out: it goes into its own key
+            given: dict[str, Any] = {KEYS[key].field: value}
+            machine = dataclasses.replace(machine, **given)
+        else:
+            _add(found, Acting(term.effect, values), along)
+    unit = along.units.effort if found else machine.effects_unit
+    return dataclasses.replace(machine, effects=tuple(found), effects_unit=unit)
+
+
+def _add(found: list[Acting], new: Acting, along: Along) -> None:
+    """Add to the effects of one name where two of it come to one, else beside them."""
+    at = next((at for at, one in enumerate(found) if one.name == new.name), None)
+    old = {} if at is None else found[at].values
+    merged = RIGID[new.name].merged(old, new.values, along)
+    if merged is not None and at is not None:
+        found[at] = Acting(new.name, merged)
+    else:
+        found.append(new if merged is None else Acting(new.name, merged))

@@ -1,0 +1,188 @@
+"""Effects compete for what the nominal model leaves of the effort: forward selection, look-back.
+
+An effect has to earn its place twice: on stretches that its fit left out (cross-validation among
+the fitted ones), and on the held-out stretches, which no fit ever sees; each time by a good part of
+what stands above the floor and by more than the stretches differ among themselves.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Collection, Sequence
+
+import numpy as np
+
+from ...effects.catalogue import EFFECTS, RIGID
+from ...effects.term import Term
+from .balance import Balance, Solution
+from .contest import Contest, won_by
+from .sets import LEAST_GAIN, Sets
+from .terms import Catalogue, free_means
+
+_SIMPLER = 0.85  # share of the best gain with which a simpler effect goes first
+_MOST = 8  # terms in a set
+_SINGLES = 8  # shown alone
+
+
+def compete(
+    balance: Balance,
+    catalogue: Catalogue,
+    floor: float,
+    without: Collection[str] = (),
+    progress: Callable[[float], None] = lambda share: None,
+) -> Contest:
+    """Find the set of effects that explains the balance.
+
+    Args:
+        balance, catalogue: of one recording.
+        floor: standard deviation below which there is nothing to explain.
+        without: effects to do without.
+        progress: called with the share done.
+    """
+    sets = Sets(balance, catalogue, floor, without)
+    base = current = sets.fit([])
+    chosen: list[Term] = []
+    singles: list[Solution] = []
+    tried: dict[str, float] = {}
+    for number in range(_MOST):
+        ranked, shares = _ranked(sets, current, chosen)
+        if number == 0:
+            singles, tried = [sets.fit([one]) for _, one in ranked[:_SINGLES]], shares
+        progress(min(0.9, (number + 1) / 6.0))
+        if not ranked:
+            break
+        taken = sets.extended(chosen, _first(ranked))
+        chosen = _afresh(sets, _look_back(sets, _swapped(sets, taken)))
+        current = sets.fit(chosen)
+    chosen = _afresh(sets, _simpler(sets, _look_back(sets, chosen)))
+    return won_by(chosen, sets, base, singles, tried)
+
+
+def concluded(
+    balance: Balance,
+    catalogue: Catalogue,
+    floor: float,
+    without: Collection[str],
+    contest: Contest,
+    chosen: Sequence[Term],
+) -> Contest:
+    """A contest as if `chosen` had come out of it, less what is not missed beside the others."""
+    sets = Sets(balance, catalogue, floor, without)
+    sets.fits = contest.fits
+    kept = _look_back(sets, [one for one in chosen if one.effect not in sets.barred])
+    return won_by(kept, sets, contest.base, contest.singles, contest.tried)
+
+
+def _ranked(
+    sets: Sets, current: Solution, chosen: Sequence[Term]
+) -> tuple[list[tuple[float, Term]], dict[str, float]]:
+    """Candidates that earn a place beside a set, best first, by the share of the surplus that they
+    take off where cross-validated; and the best such share of every effect."""
+    candidates = sets.candidates(current, chosen)
+    bare = current, sets.standing(current, chosen)
+    level = None
+    found = []
+    best: dict[str, float] = {}
+    for one in candidates:
+        before, standing = bare
+        if RIGID[one.effect].several:  # beside a mean, so that the sine earns its own place
+            if level is None:
+                held = sets.levelled(chosen)
+                fit = sets.fit(held)
+                level = (fit, sets.standing(fit, held)) if len(held) > len(chosen) else bare
+            before, standing = level
+        standing = standing._replace(scale=current.scale)
+        # A look at the plain fit first: what takes off little there need not be validated.
+        more = sets.extended(chosen, one)
+        plain = sets.fit(more)
+        if float(plain.of(one)[0]) <= one.least:
+            continue
+        off = float(np.mean(standing.costs)) - sets.glimpsed(standing, plain)
+        if off < 0.5 * LEAST_GAIN * standing.surplus:
+            continue
+        gain = sets.gained(standing, more)
+        if gain is None:
+            continue
+        best[one.effect] = max(best.get(one.effect, -math.inf), gain.share)
+        if gain.earned and sets.holds(before, plain):
+            found.append((gain.share, one))
+    found.sort(key=lambda pair: -pair[0])
+    return found, best
+
+
+def _first(ranked: Sequence[tuple[float, Term]]) -> Term:
+    """The best candidate; a simpler one that does nearly as well goes first."""
+    top = ranked[0][0]
+    near = [
+        (one.size, EFFECTS[one.effect].rarity, -share, one)
+        for share, one in ranked
+        if share >= _SIMPLER * top
+    ]
+    return min(near, key=lambda item: item[:3])[3]
+
+
+def _afresh(sets: Sets, chosen: Sequence[Term]) -> list[Term]:
+    """A ripple is a share of the effort: of what the set explains now, ripple included."""
+    kept = list(chosen)
+    for _ in range(2):
+        if all(one.again is None for one in kept):
+            break
+        explained = sets.fit(kept).explained(sets.balance.nominal)
+        kept = [one if one.again is None else one.again(explained) for one in kept]
+    return kept
+
+
+def _swapped(sets: Sets, chosen: Sequence[Term]) -> list[Term]:
+    """Put others in the place of effects that did best only while the set was smaller."""
+    kept = list(chosen)
+    for old in list(kept[:-1]):
+        rest = [one for one in kept if one is not old]
+        full = sets.fit(kept)
+        standing = sets.standing(full, kept)
+        plain = []
+        for one in sets.candidates(sets.fit(rest), rest):
+            if one.size <= old.size and one.key != old.key:
+                more = sets.extended(rest, one)
+                fit = sets.fit(more)
+                plain.append((sets.glimpsed(standing, fit), more, fit))
+        for _, more, fit in sorted(plain, key=lambda item: item[0])[:2]:
+            gain = sets.gained(standing, more)
+            if gain is not None and gain.earned and sets.holds(full, fit):
+                kept = more
+                break
+    return kept
+
+
+def _look_back(sets: Sets, chosen: Sequence[Term]) -> list[Term]:
+    """Leave out what is no longer missed."""
+    kept = list(chosen)
+    while len(kept) > 1:
+        standing = sets.standing(sets.fit(kept), kept)
+        losses = [
+            (sets.lost(standing, [other for other in kept if other is not one]), one)
+            for one in kept
+        ]
+        idle = [(loss.share, one) for loss, one in losses if not loss.earned]
+        if not idle:
+            break
+        kept.remove(min(idle, key=lambda item: item[0])[1])
+    return kept
+
+
+def _simpler(sets: Sets, chosen: Sequence[Term]) -> list[Term]:
+    """An effect gives way to a set of simpler ones where these do as well.
+
+    Friction by direction does to friction and a constant load; alone, neither would have been
+    enough.
+    """
+    for split in chosen:
+        gives_way = RIGID[split.effect].gives_way
+        if gives_way is None or any(one.effect in split.holds for one in chosen):
+            continue
+        rest = [one for one in chosen if one is not split]
+        standing = sets.standing(sets.fit(chosen), chosen)
+        for parts in gives_way(sets.catalogue.along, free_means(rest)):
+            barred = any(one.effect in sets.barred for one in parts)
+            if not barred and not sets.lost(standing, [*rest, *parts]).earned:
+                return [*rest, *parts]
+    return list(chosen)

@@ -1,0 +1,113 @@
+"""What came out of a competition: the set that won, its order, and what could take its place."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ...effects.catalogue import RIGID
+from ...effects.term import Term
+from .balance import Solution
+from .sets import Sets
+
+_RIVALS = 12
+
+
+@dataclass(frozen=True, eq=False)
+class Contest:
+    """What came out.
+
+    base: fit of what the file leaves out alone. winner: with the effects that earned their place.
+    order: their terms in the order of gain. path: fit after each was added. singles: base with one
+    effect added, best first. without: the set less one effect, refitted. rivals: the set with one
+    effect in another's place. swaps: all of these, by the effect that gave way.
+    """
+
+    base: Solution
+    winner: Solution
+    order: tuple[Term, ...]
+    path: tuple[Solution, ...]
+    singles: tuple[Solution, ...]
+    without: dict[str, Solution]
+    rivals: tuple[Solution, ...]
+    swaps: dict[str, tuple[tuple[Term, Solution], ...]]
+    fits: int
+    tried: dict[str, float] = field(default_factory=dict)
+
+
+def won_by(
+    chosen: Sequence[Term],
+    sets: Sets,
+    base: Solution,
+    singles: Sequence[Solution],
+    tried: dict[str, float],
+) -> Contest:
+    """The contest that a set has won."""
+    winner = sets.fit(chosen)
+    order, path = _ordered(sets, chosen)
+    without = {}
+    for effect in dict.fromkeys(one.effect for one in chosen):
+        without[effect] = sets.fit([one for one in chosen if one.effect != effect])
+    swaps = _swaps(sets, chosen)
+    rivals = [fit for pairs in swaps.values() for _, fit in pairs]
+    rivals.sort(key=lambda one: one.rms(sets.balance.judged))
+    return Contest(
+        base=base,
+        winner=winner,
+        order=order,
+        path=path,
+        singles=tuple(singles),
+        without=without,
+        rivals=tuple(rivals[:_RIVALS]),
+        swaps=swaps,
+        fits=sets.fits,
+        tried=tried,
+    )
+
+
+def _ordered(sets: Sets, chosen: Sequence[Term]) -> tuple[tuple[Term, ...], tuple[Solution, ...]]:
+    """The terms from the one that takes off most on, and the fits on the way."""
+    left, taken, path = list(chosen), list[Term](), list[Solution]()
+    while left:
+        fits = [(sets.fit([*taken, one]), one) for one in left]
+        fit, one = min(fits, key=lambda item: item[0].rms(sets.balance.judged))
+        taken.append(one)
+        left.remove(one)
+        path.append(fit)
+    return tuple(taken), tuple(path)
+
+
+def _swaps(sets: Sets, chosen: Sequence[Term]) -> dict[str, tuple[tuple[Term, Solution], ...]]:
+    """The set with each effect replaced by each other one, by the effect that gave way."""
+    found: dict[str, tuple[tuple[Term, Solution], ...]] = {}
+    for out in dict.fromkeys(one.effect for one in chosen):
+        gone = [one for one in chosen if one.effect == out]
+        rest = [one for one in chosen if one.effect != out]
+        current = sets.fit(rest)
+        pool = [
+            one
+            for one in sets.candidates(current, rest)
+            if one.effect != out or _elsewhere(sets, one, gone)
+        ]
+        twins = sets.catalogue.twins(gone[0], sets.left(current, rest))
+        pool += [one for one in twins if one.effect not in sets.barred]
+        others = [*rest, *gone[1:]]  # of several orders or lines the strongest gives way
+        # Without the mean that a sine is given to earn its place: that is an effect itself.
+        fits = [
+            (one, sets.fit([*(o for o in others if o.effect not in one.refines), one]))
+            for one in pool
+        ]
+        found[out] = tuple(sorted(fits, key=lambda pair: pair[1].rms(sets.balance.judged)))
+    return found
+
+
+def _elsewhere(sets: Sets, one: Term, found: Sequence[Term]) -> bool:
+    """Whether a line is another one than those found: more than one of its widths away."""
+    if not RIGID[one.effect].several:
+        return False
+    along = np.ptp(sets.balance.time_s) if one.over_time else 0.0
+    along = along or float(np.ptp(sets.catalogue.along.turn.angle)) / math.tau
+    return all(abs(one.rate - other.rate) * along > 2.0 for other in found)

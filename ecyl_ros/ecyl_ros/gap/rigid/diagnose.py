@@ -1,0 +1,123 @@
+"""A rigid drive judged by the effort that its measured motion needs: from a recording on."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection
+
+import numpy as np
+
+from ...drive.rigid.machine import Machine
+from ...effects import (
+    constant_load,
+    direction_dependent_friction,
+    load_viscous_friction,
+    spring_load,
+)
+from ...errors import InputError
+from ...recording.signals import Recording
+from ..diagnosis import Diagnosis
+from .assemble import assembled
+from .balance import Balance, Solution
+from .compete import compete, concluded
+from .floor import repeatability, white_floor
+from .judge import Judgement
+from .motion import Motion, motion_of
+from .terms import Catalogue
+
+_FINER = 0.8  # a floor below this share of the last one has the effects compete anew
+_REFUTED = 0.5  # of the floor: what leaves less on unseen rows shows that it is no floor
+_TOO_LITTLE = 24  # compared samples per second of use: fewer stretches say nothing
+
+
+def diagnose_rigid(
+    recording: Recording,
+    machine: Machine,
+    *,
+    without: Collection[str],
+    mode: float | None,
+    source: str,
+    drive_name: str,
+    tell: Callable[[float], None],
+) -> Diagnosis:
+    """See `diagnose.diagnose`; tell: called now and then with the share done.
+
+    Raises:
+        InputError: no position, no effort, no motion, no such mode.
+    """
+    motion = motion_of(recording, machine, source, mode)
+    _check(motion, machine, source)
+    tell(0.05)
+    catalogue = Catalogue(motion, machine)
+    balance = Balance(motion, catalogue.nominal())
+    if int(balance.usable.sum()) < 8 * _TOO_LITTLE:
+        raise InputError(
+            f"{source}: {int(balance.usable.sum())} samples can be compared at a bandwidth of "
+            f"{motion.bandwidth_hz:.3g} Hz, expected at least {8 * _TOO_LITTLE}: more seconds, "
+            "fewer gaps, or a higher judge.bandwidth where noise of the position allows it"
+        )
+    floor, floor_is = _floor(balance, catalogue, machine, _broad(balance, catalogue))
+    floor = min(floor, float(np.std(balance.effort[balance.usable])) or floor)
+    contest = compete(balance, catalogue, floor, without, lambda share: tell(0.1 + 0.4 * share))
+    # What depends on time, or varies fast over the position, does not repeat until it is known.
+    finer, finer_is = _floor(balance, catalogue, machine, contest.winner)
+    # A fit that leaves far less than the floor on rows it never saw refutes the floor.
+    left = float(np.sqrt(np.mean(contest.winner.residual[balance.judged] ** 2)))
+    if left < _REFUTED * finer:
+        finer, finer_is = max(left, white_floor(balance, None)), "what the closest model leaves"
+    if finer < _FINER * floor:
+        floor, floor_is = finer, finer_is
+        contest = compete(balance, catalogue, floor, without, lambda share: tell(0.5 + 0.4 * share))
+    judgement = Judgement(balance, catalogue, contest, floor, floor_is)
+    simplest = judgement.simplest()
+    if simplest is not None:
+        contest = concluded(balance, catalogue, floor, without, contest, simplest)
+        judgement = Judgement(balance, catalogue, contest, floor, floor_is)
+    return assembled(judgement, mode, recording, source, drive_name)
+
+
+def _check(motion: Motion, machine: Machine, source: str) -> None:
+    if not np.isfinite(motion.effort).any():
+        wanted = machine.actuation or ("force" if machine.linear else "torque")
+        raise InputError(
+            f"{source}: no effort ({wanted}) recorded; expected one to weigh the motion against, "
+            "or a drive file of kind follower, which takes command and position alone"
+        )
+    unit = machine.effects_unit
+    if unit is not None and unit != motion.effort_unit:
+        raise InputError(
+            f"{source}: effort comes in {motion.effort_unit}, the effects of the drive file are "
+            f"counted in {unit}; expected the same actuation.signal and actuation.gain"
+        )
+    moved = motion.velocity[motion.usable]
+    if moved.size == 0 or not np.ptp(motion.position[motion.usable]) > 20.0 * motion.position_noise:
+        raise InputError(
+            f"{source}: the output does not move by more than 20 times its noise of "
+            f"{motion.position_noise:.3g}; expected motion"
+        )
+    if not np.ptp(motion.effort[motion.usable]) > 0.0:
+        raise InputError(f"{source}: the effort never changes; expected a recorded effort")
+
+
+def _broad(balance: Balance, catalogue: Catalogue) -> Solution:
+    """A fit that takes most of the smooth dependence on the motion away."""
+    along = catalogue.along
+    smooth = [load_viscous_friction, constant_load, spring_load]
+    if along.both_ways:
+        smooth.append(direction_dependent_friction)
+    return balance.fit([*catalogue.unknown(), *(one.term(along) for one in smooth)])
+
+
+def _floor(
+    balance: Balance, catalogue: Catalogue, machine: Machine, fit: Solution
+) -> tuple[float, str]:
+    """Standard deviation of what does not repeat once `fit` is taken away, and what it is."""
+    turns = not machine.linear and catalogue.along.turns
+    repeats = repeatability(balance, fit, turns)
+    noise = machine.effort_noise
+    gain = machine.gain if balance.motion.effort_unit in ("N", "N m") else None
+    if noise is not None and gain is not None:
+        noise *= gain
+    white = white_floor(balance, noise)
+    if repeats is None or repeats <= white:
+        return max(white, 1e-12), "measurement noise"
+    return repeats, "what the same motion does not repeat"

@@ -1,0 +1,353 @@
+"""What may be named: the causes that a contest left, how sure each is, and the verdict."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.ndimage import maximum_filter1d
+
+from ...effects import actuation_delay, load_coulomb_friction, load_viscous_friction
+from ...effects.actuation_delay import LATE
+from ...effects.catalogue import EFFECTS
+from ...effects.term import Term
+from ..diagnosis import BoolArray, Cause, FittedParameter
+from ..verdict import (
+    HELPS,
+    NAMED,
+    NO_GAP_RATIO,
+    STRUCTURELESS,
+    named_cause,
+    shrink_of,
+    verdict_of,
+)
+from .balance import Balance, Solution
+from .certainty import Certainty
+from .contest import Contest
+from .floor import white_floor
+from .terms import Catalogue
+from .void import SHEET, SILENT, why_not
+
+_CLOSE, _HELPS_CLOSE = 5.0, 0.25  # where no more than so many floors are left, less has to be gone
+_WANDERS = 0.05  # share of the effort that may not repeat where there is to be no gap
+_SMALL = 0.03  # share of the gap that an effect has to take off to be named
+_MOST = 0.5  # share of what is explained that has to be named to count for the whole
+_FLAT = 0.7  # share of the signal that its floor may have: half of the power is unknown beyond
+_SLOW = 3.0  # times the speed over which the sign of the speed is softened
+_SMEARED = 0.75  # periods of the bandwidth over which the filter spreads what happens at rest
+_ENOUGH = 0.5  # share of the judged samples that has to be in motion
+
+
+@dataclass(frozen=True, eq=False)
+class Ruling:
+    """What a judgement comes to.
+
+    Attributes:
+        verdict: one of `VERDICTS`. causes: one per term of the contest, empty unless named.
+        base, final: fits of what the file knows, and of what is named with it.
+        before, after, best: RMS of what is left on held-out stretches by `base`, by `final`, and by
+            the closest set, named or not. shrink: share of what stands above the floor.
+        margin: the best rival's RMS over the closest set's. reason: of `not_judgeable`, what
+            recording would do.
+    """
+
+    verdict: str
+    causes: tuple[Cause, ...]
+    base: Solution
+    final: Solution
+    before: float
+    after: float
+    best: float
+    shrink: float
+    margin: float
+    reason: str = ""
+
+    @property
+    def named(self) -> bool:
+        """Whether causes are named."""
+        return bool(self.causes)
+
+
+class Judgement:
+    """From a contest to a ruling.
+
+    Attributes:
+        balance, catalogue, contest: what competed on which recording. The contest is without what
+            is not sure enough once `rule` has been called.
+        floor, floor_is: standard deviation of what cannot be explained, and what it is.
+        judged: bool[m], rows that gap figures are of.
+        whole, spans: the closest set fitted to all rows, and 95 % intervals by key of the term.
+        notes: what was found but is not named.
+    """
+
+    def __init__(
+        self, balance: Balance, catalogue: Catalogue, contest: Contest, floor: float, floor_is: str
+    ) -> None:
+        self.balance, self.catalogue, self.contest = balance, catalogue, contest
+        self.floor, self.floor_is = floor, floor_is
+        self.white = white_floor(balance, None)
+        self.machine, self.motion = catalogue.machine, balance.motion
+        self.units = catalogue.units
+        judged = balance.judged if balance.judged.any() else balance.usable
+        self.judged = _moving(judged, balance, catalogue)
+        self.spread = float(np.std(balance.effort[self.judged])) or 1.0
+        # Gap figures are those of fits that saw a part; values are fitted anew to all of it.
+        self.whole = balance.fit(contest.winner.terms, balance.usable)
+        self.spans = balance.intervals(self.whole, balance.usable)
+        self.certainty = Certainty(balance, contest, self.judged, floor)
+        self.notes: list[str] = []
+        self._sure: dict[str, tuple[float, float]] = {}
+        self._alike: dict[str, tuple[str, ...]] = {}
+        self._shares: dict[str, float] = {}
+        self._shares_all: dict[str, float] = {}
+        self._competed = len(contest.order)
+        self._void: dict[str, str] = self._voids()
+
+    def _timed(self, before: float) -> float:
+        """`before`, less what a shift between effort and motion by a sample or so takes off.
+
+        That is how any recording comes about, and no gap.
+        """
+        base = self.contest.base
+        delay = actuation_delay.term(self.catalogue.along, base.explained(self.balance.nominal))
+        delay = dataclasses.replace(delay, low=(-math.inf,))
+        fit = self.balance.fit([*base.terms, delay])
+        near = abs(float(fit.of(delay)[0])) <= LATE / self.motion.rate_hz
+        return min(before, fit.rms(self.judged)) if near else before
+
+    def _helps(self, before: float, best: float, surplus: float) -> bool:
+        close = best <= _CLOSE * self.floor
+        return before - best >= (_HELPS_CLOSE if close else HELPS) * surplus
+
+    def rule(self) -> Ruling:
+        """Decide what is named. Call once."""
+        contest = closest = self.contest
+        before, best = contest.base.rms(self.judged), contest.winner.rms(self.judged)
+        surplus = max(before - self.floor, 1e-12 * before, 1e-300)
+        causes = self._causes(before, surplus)
+        reason = ""
+        # An effort that wanders by itself does not repeat either: that is no floor, but a gap.
+        wanders = self.floor > _WANDERS * self.spread and self.floor > 3.0 * self.white
+        no_gap = self._timed(before) <= NO_GAP_RATIO * self.floor and not wanders
+        if wanders:
+            self.notes.append(
+                f"{100.0 * self.floor / self.spread:.0f} % of the {self.motion.effort_name} does "
+                "not repeat with the motion: it depends on something that was not recorded"
+            )
+        helps = self._helps(before, best, surplus)
+        named = bool(causes) and helps and not no_gap
+        if named and any(self._unsure(one) for one in contest.order):
+            causes = self._sure_ones(causes, before, surplus)
+            if not causes:
+                reason = self._undecided(contest)
+            # Where what is named makes up most of it, the figures are of the whole set.
+            kept = {one.effect for one in causes}
+            explained = sum(self._shares_all.values())
+            most = sum(self._shares_all[name] for name in kept) >= _MOST * explained
+            if not most:
+                contest, best = self.contest, self.contest.winner.rms(self.judged)
+            named = bool(causes)
+        if causes and not named and not no_gap:
+            tried = ", ".join(one.title for one in causes)
+            self.notes.append(f"closest in the catalogue, but too unsure to be named: {tried}")
+        final = contest.winner if named else contest.base
+        after = final.rms(self.judged)
+        silent = sum(self._void[one.key] in SILENT for one in self.whole.terms)
+        within_sheet = not named and not no_gap and self._is_sheet(closest)
+        if within_sheet:
+            final, after = closest.winner, closest.winner.rms(self.judged)
+        shrink = shrink_of(before, after, surplus) if named or within_sheet else 0.0
+        whole = not named or len(self.contest.order) + silent >= self._competed
+        signal = float(np.sqrt(np.mean(self.balance.effort[self.judged] ** 2)))
+        flat = self.floor > _FLAT * signal and after <= STRUCTURELESS * self.floor
+        if flat:
+            reason = (
+                f"what does not repeat, or noise, is {100.0 * self.floor / signal:.0f} % of the "
+                f"{self.motion.effort_name}: a recording with more motion, or load, or with an "
+                "effort of less noise would do"
+            )
+        verdict = verdict_of(
+            no_gap=no_gap,
+            within_sheet=within_sheet,
+            named=named,
+            shrink=shrink,
+            left=after / self.floor,
+            whole=whole,
+            flat=flat,
+            undecided=bool(reason),
+        )
+        rivals = [one for one in contest.rivals if self._rival(one)]
+        margin = rivals[0].rms(self.judged) / best if rivals and best > 0.0 else 1.0
+        return Ruling(
+            verdict=verdict,
+            causes=tuple(causes) if named else (),
+            base=contest.base,
+            final=final,
+            before=before,
+            after=after,
+            best=best,
+            shrink=shrink,
+            margin=margin,
+            reason=reason if verdict == "not_judgeable" else "",
+        )
+
+    def _is_sheet(self, closest: Contest) -> bool:
+        """Whether constants within their tolerances bring the model to the floor."""
+        voids = [self._void[one.key] for one in closest.order]
+        near = closest.winner.rms(self.judged) <= STRUCTURELESS * self.floor
+        return near and SHEET in voids and all(one in SILENT for one in voids)
+
+    def _voids(self) -> dict[str, str]:
+        """Why a term of the closest set is no cause, by its key; empty where it may be one."""
+        found, at = {}, 0
+        for term in self.whole.terms:
+            found[term.key] = why_not(
+                self.balance, self.catalogue.along, self.whole, term, self.spans[term.key], at
+            )
+            at += term.columns.shape[0]
+        return found
+
+    def _undecided(self, contest: Contest) -> str:
+        """What would tell the like of what was found; empty where nothing sure was found."""
+        told = [
+            one
+            for one in contest.order
+            if self._sure[one.key][0] >= NAMED and self._alike[one.key] and not self._void[one.key]
+        ]
+        if not told:
+            return ""
+        first = told[0]
+        excitation = EFFECTS[first.effect].excitation
+        names = " and ".join(
+            one.replace("_", " ") for one in (first.effect, *self._alike[first.key])
+        )
+        wanted = "motion both ways, at several speeds and over more travel"
+        if excitation:
+            wanted = f"{wanted} ({excitation.rstrip('.')})"
+        return f"{names} look alike in this recording; one with {wanted} would tell them"
+
+    def _causes(self, before: float, surplus: float) -> list[Cause]:
+        contest = self.contest
+        found = []
+        shares = self._part()
+        self._shares_all = self._shares_all or dict(shares)
+        previous = before
+        for term, fit in zip(contest.order, contest.path, strict=True):
+            now = fit.rms(self.judged)
+            lost = self._lost(term)
+            if term.key not in self._sure:  # judged once, beside its rivals and with all others
+                acts, sure, alternatives = self.certainty.of(term, lost)
+                self._sure[term.key] = (acts, sure)
+                self._alike[term.key] = alternatives
+                more = shares.get(term.effect, 0.0)
+                shares[term.effect] = max(more, (previous - now) / surplus)
+            parameters = [FittedParameter(*one) for one in self.spans[term.key]]
+            sure, others = self._sure[term.key][1], self._alike[term.key]
+            taken_off = (previous - now) / surplus
+            found.append(
+                named_cause(term.effect, parameters, sure, others, taken_off, lost / surplus)
+            )
+            previous = now
+        self._shares = {
+            name: max(share, self._shares.get(name, 0.0)) for name, share in shares.items()
+        }
+        return found
+
+    def _lost(self, term: Term) -> float:
+        """By how much the RMS rises without an effect."""
+        without, winner = self.contest.without[term.effect], self.contest.winner
+        return without.rms(self.judged) - winner.rms(self.judged)
+
+    def simplest(self) -> list[Term] | None:
+        """The closest set with friction of one level, where its finer forms cannot be told apart.
+
+        That there is friction is then sure, its form is not. None where nothing is to be changed.
+        """
+        order = list(self.contest.order)
+        along = self.catalogue.along
+        plain = load_coulomb_friction.term(along)
+        for at, term in enumerate(order):
+            if plain.effect not in term.refines:
+                continue
+            acts, sure, names = self.certainty.of(term, self._lost(term))
+            if self._void[term.key] or (acts >= NAMED > sure and names):
+                rest = [*order[:at], *order[at + 1 :]]
+                viscous = load_viscous_friction.term(along)
+                more = [viscous] if viscous.effect in term.refines else []
+                return [*rest, plain, *more]
+        return None
+
+    def _part(self) -> dict[str, float]:
+        """Share of the squared gap that each effect's part of the closest fit accounts for.
+
+        By its covariance with what is explained, so that the shares add up (Pratt, 1987): what two
+        effects have in common is not lost to both.
+        """
+        balance, winner = self.balance, self.contest.winner
+        base = self.contest.base.residual[self.judged]
+        total = max(float(np.mean(base**2)) - self.floor**2, 1e-300)
+        found: dict[str, float] = {}
+        for term in self.contest.order:
+            part = balance.columns([term])[self.judged] @ winner.of(term)
+            share = float(np.mean(part * base)) / total
+            found[term.effect] = found.get(term.effect, 0.0) + share
+        return found
+
+    def _unsure(self, term: Term) -> bool:
+        """Not to be named: void, unsure of itself or among its like, or small."""
+        sure = self._sure[term.key][1]
+        return bool(self._void[term.key]) or sure < NAMED or self._shares[term.effect] < _SMALL
+
+    def _rival(self, one: Solution) -> bool:
+        """Whether a set could take the winner's place: it does not contain it."""
+        refined = {name for term in one.terms for name in term.refines}
+        named = {term.effect for term in self.contest.order}
+        return not all(name in one.effects or name in refined for name in named)
+
+    def _sure_ones(self, causes: Sequence[Cause], before: float, surplus: float) -> list[Cause]:
+        """The causes that are sure enough; the others are noted.
+
+        All stay in the fit that values come from: what acts and is not named would bend the values
+        of what is. Gap figures are of what is named alone.
+        """
+        balance, contest = self.balance, self.contest
+        kept = []
+        for one, term in zip(causes, contest.order, strict=True):
+            if not self._unsure(term):
+                kept.append(term)
+            else:
+                why = f"confidence {one.confidence:.2f}, too unsure to be named"
+                if one.alternatives and self._sure[term.key][0] >= NAMED:
+                    others = ", ".join(name.replace("_", " ") for name in one.alternatives)
+                    why = f"{why}: it looks like {others} here"
+                if self._shares[term.effect] < _SMALL:
+                    why = f"takes off {100.0 * one.shrink:.1f} % of the gap, too little to be named"
+                why = self._void[term.key] or why
+                if why not in SILENT:  # of any recording, and not worth a word
+                    self.notes.append(f"{one.title}: {why}")
+        unknown = self.catalogue.unknown()
+        path = [balance.fit([*unknown, *kept[: end + 1]]) for end in range(len(kept))]
+        self.contest = dataclasses.replace(
+            contest, winner=path[-1] if path else contest.base, order=tuple(kept), path=tuple(path)
+        )
+        return self._causes(before, surplus)
+
+
+def _moving(judged: BoolArray, balance: Balance, catalogue: Catalogue) -> BoolArray:
+    """`judged` less rests and reversals, where the file holds friction.
+
+    At rest friction holds whatever it must, up to its level: a balance cannot say whether it is as
+    modelled.
+    """
+    motion = balance.motion
+    if not any(catalogue.model.coulomb) and not catalogue.model.shapes:
+        return judged
+    resting = np.abs(motion.velocity) < _SLOW * catalogue.along.soft
+    resting[1:] |= np.signbit(motion.velocity[1:]) != np.signbit(motion.velocity[:-1])
+    width = 2 * max(1, round(_SMEARED * motion.rate_hz / motion.bandwidth_hz)) + 1
+    near = maximum_filter1d(resting, width)[motion.rows]
+    kept: BoolArray = judged & ~near
+    return kept if kept.sum() > _ENOUGH * judged.sum() else judged

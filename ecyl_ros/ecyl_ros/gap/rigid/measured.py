@@ -1,0 +1,125 @@
+"""The closest model of a rigid drive as a whole, and what its file leaves out."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ...effects import direction_dependent_friction as by_direction
+from ...effects import load_coulomb_friction as coulomb
+from ...effects import load_inertia_error as inertia
+from ...effects import load_viscous_friction as viscous
+from ...effects.along import Along
+from ...effects.term import Interval, Term
+from ..diagnosis import Measured
+from .balance import Balance, Solution
+from .motion import Motion
+
+
+def measured(
+    balance: Balance, along: Along, closest: Solution, left: Solution
+) -> tuple[Measured, ...]:
+    """Nominal and found values together.
+
+    closest: the set whose values they are. left: fit to all rows, of the same or a smaller set.
+    """
+    model = along.model
+    terms = list(closest.terms)
+    keys = {one.key for one in terms}
+    refined = {name for one in terms for name in one.refines} | {one.effect for one in terms}
+    known = [inertia.term(along)]
+    friction = any(model.coulomb) and along.both_ways
+    if friction and model.coulomb + model.viscous != model.coulomb[::-1] + model.viscous[::-1]:
+        known.append(by_direction.term(along))
+    else:
+        known += [viscous.term(along)] if any(model.viscous) else []
+        known += [coulomb.term(along)] if friction else []
+    extra = [
+        one
+        for one in known
+        if one.key not in keys and not refined.intersection((one.effect, *one.refines))
+    ]
+    fit = balance.fit([*terms, *extra], balance.usable)
+    spans = balance.intervals(fit, balance.usable)
+    totals = (_total(one, span, along, keys) for one in fit.terms for span in spans[one.key])
+    rows = balance.usable
+    rest = (left if extra else fit).residual[rows]
+    size = float(np.sqrt(np.mean(balance.effort[rows] ** 2)))
+    share = float(np.sqrt(np.mean(rest**2))) / size
+    name = balance.motion.effort_name
+    text = f"RMS of what is left over RMS of the {name}, over the whole run"
+    error = Measured(f"relative_{name}_error", "1", share, share, share, text)
+    return (*(one for one in totals if one is not None), error)
+
+
+def _total(term: Term, span: Interval, along: Along, keys: set[str]) -> Measured | None:
+    """A value of the whole model: what the file says with what was found."""
+    model, units = along.model, along.units
+    if term.key == "inertia":
+        return Measured(*span, "all that moves", model.inertia)
+    constant = model.constant if "constant" not in keys else 0.0
+    totals = {
+        units.per_speed("viscous"): (model.viscous[0], "friction in proportion to speed"),
+        units.per_speed("viscous_positive"): (model.viscous[0], "the same, forwards"),
+        units.per_speed("viscous_negative"): (model.viscous[1], "the same, backwards"),
+        units.level("coulomb"): (model.coulomb[0], "friction level"),
+        units.level("coulomb_positive"): (
+            model.coulomb[0] + constant,
+            "friction level forwards, constant load included",
+        ),
+        units.level("coulomb_negative"): (
+            model.coulomb[1] - constant,
+            "friction level backwards, constant load included",
+        ),
+    }
+    if span.name in totals and term.effect != "friction_drift":
+        base, meaning = totals[span.name]
+        value, low, high = (one + base for one in span[2:])
+        return Measured(span.name, span.unit, value, low, high, meaning, base or None)
+    if term.effect == "constant_load":
+        value, low, high = (one + model.constant for one in span[2:])
+        nominal = model.constant or None
+        return Measured(span.name, span.unit, value, low, high, "constant load", nominal)
+    return None
+
+
+def costs(motion: Motion, along: Along, mode: float | None) -> list[str]:
+    """What the drive file leaves out, and what that costs; mode: that was judged, None for all."""
+    machine = along.machine
+    side = "load" if machine.linear else "rotor"
+    notes: list[str] = []
+    general = [
+        f"a rigid drive has one inertia: motor and load cannot be told apart, friction is "
+        f"named on the {side}; clearance, stiffness and electrical effects are not judged",
+        f"compared up to {motion.bandwidth_hz:.3g} Hz (zero-phase), "
+        f"{motion.rate_hz / motion.step:.3g} samples per second; faster effects are not seen",
+    ]
+    if motion.effort_unit not in ("N", "N m"):
+        notes.append(
+            f"actuation.gain is left out: effort is counted in {motion.effort_unit}, inertia "
+            "and friction are known as multiples of it, and a wrong gain cannot be seen"
+        )
+    if not along.known_inertia:
+        key = "load.mass" if machine.linear else "load.inertia"
+        notes.append(
+            f"{key} is left out: it was found from the recording, so that a wrong one, or a "
+            "wrong gain of the effort, cannot be seen"
+        )
+    if not machine.loop_known:
+        notes.append(
+            "no controller in the drive file: delays and limits of the loop are not judged"
+        )
+    if not along.both_ways:
+        notes.append("the output moves one way only: Coulomb friction and a constant load are one")
+    if machine.linear and machine.lead is None:
+        notes.append("screw.lead is left out: what repeats over the stroke has a period in m")
+    if mode is not None:
+        notes.append(f"judged where the mode is {mode:g}")
+    else:
+        values = np.unique(motion.mode[np.isfinite(motion.mode)])
+        if values.size > 1:
+            listed = ", ".join(f"{one:g}" for one in values[:8].tolist())
+            notes.append(
+                f"the mode changes within the run ({listed}): all were judged together; "
+                "--mode picks one"
+            )
+    return [*notes, *general]

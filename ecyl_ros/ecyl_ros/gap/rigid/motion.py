@@ -1,0 +1,268 @@
+"""A recording as motion and effort on one even grid, and the band in which the two can be compared.
+
+As in the inverse dynamic identification method (Gautier, "Dynamic identification of robots with
+power model", 1997; Janot, Vandanjon, Gautier, 2014): position is low-passed forwards and backwards,
+without shift of phase, before central differences give speed and acceleration; effort and every
+column that is compared with it then pass one and the same low-pass ("parallel filter") and are
+decimated to what that leaves of information.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import butter, sosfiltfilt
+
+from ...drive.rigid.course import Course
+from ...drive.rigid.loop import asked_along
+from ...drive.rigid.machine import EFFORTS, Machine
+from ...errors import InputError
+from ...recording.signals import FOREIGN_SIGNALS, SIGNALS, Recording
+from ..diagnosis import FloatArray
+from .band import (
+    DERIVATIVE,
+    ORDER,
+    SAMPLES_PER_PERIOD,
+    bandwidth_of,
+    low_passed,
+    position_noise,
+    speed_noise_of,
+    told_by_speed,
+)
+from .grid import Taker, bridged, eroded, even_grid, jumped, standing_effort, wide
+
+_SETTLE = 1.0  # periods of the bandwidth's frequency left out at gaps
+_ENDS = 4.0  # the same at the ends, beyond which the low-passes have to guess how it moved
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Motion(Course):
+    """What a recording holds of a rigid drive, evenly sampled; float64[n] in SI of the output.
+
+    Attributes:
+        effort_unit: N, N m where the drive file's gain is known or not needed, else that of the
+            recorded signal. effort_name: what to call it.
+        other_effort: what the file's controller asks for where `effort` was recorded, and what was
+            recorded where `effort` is what it asks for; NaN throughout where one of them is not
+            known.
+        mode: NaN where not recorded.
+        position_noise: standard deviation of the position's noise.
+        standing: share of the motion over which the effort stood still, as it can not.
+        bandwidth_hz: of the comparison; `position` is low-passed at 2.5 times that. step: samples
+            of the grid per compared sample.
+        notes: what was found lacking.
+    """
+
+    effort_unit: str
+    effort_name: str
+    other_effort: FloatArray
+    mode: FloatArray
+    position_noise: float
+    standing: float
+    bandwidth_hz: float
+    step: int
+    notes: tuple[str, ...] = ()
+    _sos: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 6)))
+    _smoothing: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 6)))
+
+    @property
+    def rows(self) -> NDArray[np.int64]:
+        """int64[m], the samples of the grid that are compared."""
+        return np.arange(self.step // 2, self.time_s.size, self.step)
+
+    def filtered(self, columns: FloatArray) -> FloatArray:
+        """Columns float64[..., n] through the parallel filter, at `rows`: float64[..., m]."""
+        made: FloatArray = sosfiltfilt(self._sos, columns, axis=-1, padlen=self._pad)
+        return made[..., self.rows]
+
+    def smoothed(self, values: FloatArray) -> FloatArray:
+        """float64[n] through the low-pass that `position` and `velocity` have passed."""
+        return low_passed(self._smoothing, values)
+
+    @property
+    def _pad(self) -> int:
+        return min(self.time_s.size - 1, int(3 * self.rate_hz / self.bandwidth_hz))
+
+
+def motion_of(
+    recording: Recording, machine: Machine, source: str, mode: float | None = None
+) -> Motion:
+    """The motion and effort that a recording holds of `machine`.
+
+    mode: only where the recorded mode has this value.
+
+    Raises:
+        InputError: no position or speed of the output, too few samples, or no sample of the mode.
+    """
+    grid, rate, notes = even_grid(recording, source)
+    take = Taker(recording, grid, rate)
+    linear = machine.linear
+    position = take("rod_position_m" if linear else "rotor_position_rad")
+    if not linear and not np.isfinite(position).any():
+        position = take("load_position_rad")
+    recorded = take("rod_velocity_m_per_s" if linear else "rotor_velocity_rad_per_s")
+    if not linear and not np.isfinite(recorded).any():
+        recorded = take("load_velocity_rad_per_s")
+    known = np.isfinite(position)
+    from_speed = not known.any()
+    if from_speed and not np.isfinite(recorded).any():
+        wanted = "rod_position_m" if linear else "rotor_position_rad"
+        held = ", ".join(name for name in (*SIGNALS, *FOREIGN_SIGNALS) if recording.has(name))
+        raise InputError(
+            f"{source}: {wanted} is missing; expected the position of the {machine.output} output "
+            f"(recorded: {held or 'nothing'})"
+        )
+    if from_speed:
+        known = np.isfinite(recorded)
+        speed = bridged(recorded, known)
+        position = np.concatenate([[0.0], np.cumsum(0.5 * (speed[1:] + speed[:-1])) / rate])
+        notes.append("no position recorded: it was integrated from speed, its start is unknown")
+    effort, unit, name = _effort(take, machine, notes)
+    modes = take.held("mode")
+    position = bridged(position, known)
+    usable = wide(known, rate)
+    with_effort = np.isfinite(effort)
+    if with_effort.any():
+        usable &= wide(with_effort, rate)
+        effort = bridged(effort, with_effort)
+    if mode is not None:
+        usable &= modes == mode
+        if not usable.any():
+            found = np.unique(modes[np.isfinite(modes)])
+            had = ", ".join(f"{one:g}" for one in found[:8]) or "none"
+            raise InputError(f"{source}: mode {mode:g} does not occur; modes recorded: {had}")
+    noise = machine.position_noise
+    if noise is None:
+        noise = position_noise(position, rate, usable)
+    stood = 0.0
+    if with_effort.any():
+        standing = standing_effort(effort, position, noise, rate) & usable
+        if standing.any() and not standing[usable].all():
+            steps = np.abs(np.diff(position, prepend=position[0]))
+            stood = float(steps[standing].sum() / max(steps[usable].sum(), 1e-300))
+            usable &= ~standing
+            notes.append(
+                f"the effort stands still for {standing.sum() / rate:.3g} s while the output "
+                "moves: nothing was measured, or something else drives; left out"
+            )
+    jumps = jumped(position, usable)
+    if jumps.any():
+        usable &= ~jumps
+        position = bridged(position, ~jumps)
+        starts = int(np.sum(np.diff(jumps.astype(np.int8)) == 1) + jumps[0])
+        notes.append(
+            f"{starts} jumps of the position that no motion beside them comes near (a late stamp, "
+            "a slipped count) were left out"
+        )
+    noise = machine.position_noise
+    if noise is None:
+        noise = position_noise(position, rate, usable)
+    noise = max(noise, (machine.position_resolution or 0.0) / math.sqrt(12.0))
+    bandwidth = machine.bandwidth_hz
+    if bandwidth is None:
+        bandwidth = bandwidth_of(position, effort, rate, noise, usable)
+    bandwidth = min(bandwidth, 0.4 * rate)
+    cutoff = min(DERIVATIVE * bandwidth, 0.45 * rate)
+    sos = butter(ORDER, cutoff, fs=rate, output="sos")
+    if from_speed:
+        velocity = low_passed(sos, bridged(recorded, known))
+        smooth = position
+        spread = speed_noise_of(noise, cutoff, rate)
+    else:
+        smooth = low_passed(sos, position)
+        velocity = np.gradient(smooth, 1.0 / rate)
+        spread = speed_noise_of(noise, cutoff, rate)
+        told = told_by_speed(
+            recorded, velocity, usable, rate, spread, machine, bandwidth, effort, cutoff
+        )
+        if told is not None:
+            bandwidth, cutoff, spread = told
+            sos = butter(ORDER, cutoff, fs=rate, output="sos")
+            smooth = low_passed(sos, position)
+            velocity = low_passed(sos, recorded)
+            notes.append(
+                "speed is the recorded one: it says the same as the position, with less noise"
+            )
+    settle = max(3, round(_SETTLE * rate / bandwidth))
+    ends = min(max(settle, round(_ENDS * rate / bandwidth)), grid.size // 20)
+    usable[:ends] = usable[grid.size - ends :] = False
+    return Motion(
+        time_s=grid,
+        position=smooth,
+        velocity=velocity,
+        acceleration=np.gradient(velocity, 1.0 / rate),
+        raw_position=position,
+        recorded_velocity=recorded,
+        reference_position=take(f"reference_position_{'m' if linear else 'rad'}"),
+        reference_velocity=take(f"reference_velocity_{'m' if linear else 'rad'}_per_s"),
+        effort=effort,
+        effort_unit=unit,
+        effort_name=name,
+        other_effort=_other(take, machine),
+        mode=modes,
+        usable=eroded(usable, settle),
+        rate_hz=rate,
+        position_noise=noise,
+        speed_noise=spread,
+        standing=stood,
+        bandwidth_hz=bandwidth,
+        step=max(1, int(rate / (SAMPLES_PER_PERIOD * bandwidth))),
+        notes=tuple(notes),
+        _sos=butter(ORDER, bandwidth, fs=rate, output="sos"),
+        _smoothing=sos,
+    )
+
+
+def _effort(take: Taker, machine: Machine, notes: list[str]) -> tuple[FloatArray, str, str]:
+    own = "N" if machine.linear else "N m"
+    kind = machine.actuation
+    if kind == "loop":
+        return loop_effort(take, machine), own if machine.gain else "1", "effort"
+    if kind is None:
+        order = ("force", "torque", "current", "voltage")
+        if not machine.linear:
+            order = ("torque", "current", "voltage", "force")
+        found = [one for one in order if np.isfinite(take(EFFORTS[one][0])).any()]
+        if not found:
+            return np.full_like(take("mode"), np.nan), own, "effort"
+        kind = found[0]
+    field_name, unit = EFFORTS[kind]
+    values = take(field_name)
+    gain = machine.gain
+    if gain is None and unit == own:
+        gain = 1.0
+    if gain is None:
+        return values, unit, kind
+    if not np.isfinite(values).any():
+        notes.append(f"no {kind} recorded")
+    return gain * values, own, "force" if machine.linear else "torque"
+
+
+def _other(take: Taker, machine: Machine) -> FloatArray:
+    nothing = np.full_like(take("mode"), np.nan)
+    if not machine.loop_known:
+        return nothing
+    if machine.actuation != "loop":
+        return loop_effort(take, machine)
+    own = "force" if machine.linear else "torque"
+    for kind, factor in ((own, 1.0), ("current", machine.gain), ("voltage", machine.gain)):
+        values = take(EFFORTS[kind][0])
+        if np.isfinite(values).any():
+            return (factor or 1.0) * values
+    return nothing
+
+
+def loop_effort(take: Taker, machine: Machine) -> FloatArray:
+    """What the file's controller asks for, from the recorded reference and motion; see `loop`."""
+    end = "m" if machine.linear else "rad"
+    return asked_along(
+        machine,
+        take(f"reference_position_{end}"),
+        take(f"reference_velocity_{end}_per_s"),
+        take("rod_position_m" if machine.linear else "rotor_position_rad"),
+        take("rod_velocity_m_per_s" if machine.linear else "rotor_velocity_rad_per_s"),
+        take.rate_hz,
+    )

@@ -1,0 +1,217 @@
+"""Orders over the position and frequencies over time of what the balance leaves."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import find_peaks
+
+from ...effects.along import Along
+from ...effects.term import Left, Term
+from ..diagnosis import FloatArray
+from .balance import Balance, Solution
+from .floor import Pairs, coherence
+
+_MOST = 3  # peaks tried
+_POINTS = 8_000_000  # sines of one scan at the most
+_LEAST_PERIODS = 4.0  # within the travel or the time
+_OWN_LINE = 0.03  # share of the motion's power that makes a frequency its own
+_OF_MOTION = 0.5  # coherence with the state of motion: beyond, it has most of the line
+_PLACES = 60  # along the travel that a window can begin and end at
+_NARROW, _WIDE = 2, 24  # widths of a window, in places
+
+
+def left_by(balance: Balance, along: Along, current: Solution, same: Pairs, enough: bool) -> Left:
+    """What a set leaves whose fit is `current`.
+
+    same: instants in the same state of motion. enough: the set has as many orders over the position
+    as are looked for.
+    """
+    residual = current.residual
+
+    def orders(effort: FloatArray | None) -> list[float]:
+        share = None if effort is None else balance.motion.filtered(effort)
+        return [] if enough else _orders(balance, along, residual, share)
+
+    return Left(
+        explained=current.explained(balance.nominal),
+        orders=orders,
+        lines=lambda: _frequencies(balance, residual, same),
+        window=lambda: _window(balance, along, residual),
+        nearest=lambda term, over_time: _nearest(balance, along, term, over_time),
+    )
+
+
+def _nearest(balance: Balance, along: Along, term: Term, over_time: bool) -> float:
+    """Order, or Hz, of the sine that comes closest to a periodic term; 0 without motion."""
+    motion, turn = balance.motion, along.turn
+    rate = float(np.median(np.abs(motion.velocity[motion.usable]))) * turn.rate
+    if not rate > 0.0:
+        return 0.0
+    rows = motion.rows[balance.fitted]
+    at = motion.time_s[rows] if over_time else turn.angle[rows]
+    best = term.rate * rate if over_time else math.tau * term.rate / rate
+    wave, reach = np.exp(1j * term.phase[rows]), 0.3
+    for _ in range(3):
+        tried = best * (1.0 + np.linspace(-reach, reach, 61))
+        powers = [abs(np.vdot(wave, np.exp(1j * w * at))) for w in tried]
+        powers += [abs(np.vdot(wave, np.exp(-1j * w * at))) for w in tried]
+        best, reach = float(tried[int(np.argmax(powers)) % tried.size]), reach / 15.0
+    return best / math.tau if over_time else best
+
+
+def _power(
+    values: FloatArray, along: FloatArray, rates: FloatArray, weight: FloatArray
+) -> FloatArray:
+    """How much of `values` a sine of each rate takes off by least squares (Lomb, 1976), float64[k].
+
+    rates: evenly spaced. weight: what the sine is multiplied with (ones, or the effort).
+    """
+    made = np.empty(rates.size)
+    total = float(np.sum(values**2))
+    along = along - along.mean()
+    spacing = float(rates[1] - rates[0]) if rates.size > 1 else 0.0
+    turn = np.exp(1j * spacing * along)
+    squares = weight**2
+    both = float(squares.sum())
+    aim = values * weight
+    for index in range(rates.size):
+        # Turned on from rate to rate; begun anew now and then, so that rounding does not add up.
+        if index % 256 == 0:
+            wave = np.exp(1j * rates[index] * along)
+        product = aim @ wave
+        double = squares @ (wave * wave)
+        cc, ss, cs = 0.5 * (both + double.real), 0.5 * (both - double.real), 0.5 * double.imag
+        yc, ys = product.real, product.imag
+        determinant = max(cc * ss - cs**2, 1e-9 * both**2 + 1e-300)
+        made[index] = (yc**2 * ss - 2.0 * yc * ys * cs + ys**2 * cc) / determinant
+        wave = wave * turn
+    return made / max(total, 1e-300)
+
+
+def _peaks(
+    values: FloatArray, along: FloatArray, rates: FloatArray, weight: FloatArray, count: int
+) -> list[float]:
+    power = _power(values, along, rates, weight)
+    top, _ = find_peaks(np.concatenate([[0.0], power, [0.0]]))
+    top = top - 1
+    top = top[np.argsort(-power[top])][:count]
+    return [float(rates[one]) for one in top if power[one] > 0.01]
+
+
+def _orders(
+    balance: Balance, along: Along, residual: FloatArray, effort: FloatArray | None = None
+) -> list[float]:
+    """Periods per radian of the turn (per m over a straight output without a lead), best first.
+
+    effort: float64[m] that the sine is a share of; of an effort of its own unless given.
+
+    Whole numbers of periods per turn where the output turns round: what repeats with the angle of
+    a shaft does so after a turn.
+    """
+    motion = balance.motion
+    angle, name, *_ = along.turn
+    rows = np.flatnonzero(balance.fitted)
+    position = angle[motion.rows][rows]
+    travel = float(np.ptp(position))
+    if not travel > 0.0:
+        return []
+    speed = float(np.quantile(np.abs(np.gradient(angle, 1.0 / motion.rate_hz)), 0.5))
+    highest = math.tau * motion.bandwidth_hz / max(speed, 1e-12)
+    lowest = _LEAST_PERIODS * math.tau / travel
+    if not highest > 1.5 * lowest:
+        return []
+    weight = np.ones(rows.size) if effort is None else effort[rows]
+    values = residual[rows] - np.mean(residual[rows])
+    limit = max(64, _POINTS // rows.size)
+    if name != "period_m" and travel > 2.0 * math.tau:
+        rates = np.arange(max(1.0, math.ceil(lowest)), min(highest, 1000.0))
+        return _peaks(values, position, rates[:limit], weight, _MOST)
+    spacing = 0.3 * math.tau / travel
+    rates = np.arange(lowest, highest, max(spacing, (highest - lowest) / limit))
+    return [
+        _refined(values, position, rate, spacing, weight)
+        for rate in _peaks(values, position, rates, weight, _MOST)
+    ]
+
+
+def _frequencies(balance: Balance, residual: FloatArray, same: Pairs) -> list[float]:
+    """Hz of the strongest lines over time within the band, best first.
+
+    same: instants in the same state of motion; what they tell the phase of is the motion's own.
+    """
+    rows = np.flatnonzero(balance.fitted)
+    time = balance.time_s[rows]
+    length = float(np.ptp(time))
+    if not length > 0.0:
+        return []
+    values = residual[rows] - np.mean(residual[rows])
+    lowest, highest = _LEAST_PERIODS / length, 0.9 * balance.motion.bandwidth_hz
+    limit = max(64, _POINTS // rows.size)
+    spacing = 0.3 / length
+    rates = np.arange(lowest, highest, max(spacing, (highest - lowest) / limit)) * math.tau
+    weight = np.ones(rows.size)
+    found = [
+        _refined(values, time, rate, spacing * math.tau, weight)
+        for rate in _peaks(values, time, rates, weight, _MOST)
+    ]
+    return [
+        rate / math.tau
+        for rate in found
+        if not _moves(balance, rows, time, rate)
+        and coherence(same, balance.time_s, rate / math.tau) < _OF_MOTION
+    ]
+
+
+def _moves(balance: Balance, rows: NDArray[np.int64], time: FloatArray, rate: float) -> bool:
+    """Whether the motion itself has a line there: what depends on it then has one, too."""
+    motion = balance.motion
+    at = motion.rows[rows]
+    weight = np.ones(rows.size)
+    for values in (motion.position[at], motion.velocity[at], motion.acceleration[at]):
+        share = _power(values - values.mean(), time, np.array([rate]), weight)
+        if float(share[0]) > _OWN_LINE:
+            return True
+    return False
+
+
+def _refined(
+    values: FloatArray, along: FloatArray, rate: float, spacing: float, weight: FloatArray
+) -> float:
+    """The rate near `rate` that takes off most."""
+    for width in (1.0, 0.2):
+        around = rate + np.linspace(-width, width, 21) * spacing
+        around = around[around > 0.0]
+        rate = float(around[int(np.argmax(_power(values, along, around, weight)))])
+    return rate
+
+
+def _window(balance: Balance, along: Along, residual: FloatArray) -> tuple[float, float]:
+    """Middle and width of the part of the travel on which drag against the motion stands out most.
+
+    Width 0 where none does.
+    """
+    motion = balance.motion
+    rows = np.flatnonzero(balance.fitted)
+    at = motion.rows[rows]
+    position, sign = motion.position[at], along.sign[at]
+    low, high = float(position.min()), float(position.max())
+    if not high > low:
+        return low, 0.0
+    place = np.minimum(((position - low) / (high - low) * _PLACES).astype(np.int64), _PLACES - 1)
+    count = np.bincount(place, minlength=_PLACES).astype(float)
+    drag = np.bincount(place, weights=residual[rows] * sign, minlength=_PLACES)
+    counts, drags = np.concatenate([[0.0], count.cumsum()]), np.concatenate([[0.0], drag.cumsum()])
+    best, found = 0.0, (low, 0.0)
+    for width in range(_NARROW, _WIDE + 1):
+        inside = np.maximum(counts[width:] - counts[:-width], 1.0)
+        gain = np.maximum(drags[width:] - drags[:-width], 0.0) ** 2 / inside
+        first = int(np.argmax(gain))
+        # A wider window has to be better by more than chance gives.
+        if float(gain[first]) > 1.02 * best:
+            best = float(gain[first])
+            step = (high - low) / _PLACES
+            found = (low + (first + 0.5 * width) * step, width * step)
+    return found

@@ -1,0 +1,169 @@
+"""Sets of terms on one balance: fitted, extended, and weighed on stretches that no fit saw."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from ...effects import constant_load
+from ...effects.catalogue import RIGID
+from ...effects.term import Left, Term
+from ..diagnosis import FloatArray
+from .balance import Balance, Solution
+from .floor import pairs
+from .search import left_by
+from .terms import Catalogue, free_means
+
+LEAST_GAIN = 0.12  # of the squared residual above the floor
+SURE = 2.5  # standard errors over the stretches, fitted ones
+_HELD_SURE = 1.3  # the same on the held-out ones, which are fewer: two clear passes, not one
+_AT_FLOOR = 0.5  # share of the squared residual that may be explained even at the floor
+_WORST = 6.0  # times the median stretch: what one stretch counts at the most
+_HURT = 4.0  # times that, where an effect is left out: it may hurt in few places
+_SAME = 5  # terms of one effect of several orders or frequencies
+
+
+class Standing(NamedTuple):
+    """Where a set stands.
+
+    costs: cross-validated squared residual of each stretch, none above `cap`. surplus: what of
+    their mean stands above the floor. scale: of the robust loss.
+    """
+
+    costs: FloatArray
+    cap: float
+    surplus: float
+    scale: float
+
+
+class Gain(NamedTuple):
+    """What one set takes off another: share of the surplus, and that over its standard error."""
+
+    share: float
+    sureness: float
+
+    @property
+    def earned(self) -> bool:
+        """Whether it is a good part, and more than the stretches differ among themselves."""
+        return self.share >= LEAST_GAIN and self.sureness >= SURE
+
+
+class Sets:
+    """See the module.
+
+    Attributes:
+        balance, catalogue: of one recording. floor: standard deviation below which there is nothing
+            to explain. barred: effects to do without. unknown: terms of every set.
+        fits: made so far.
+    """
+
+    def __init__(
+        self, balance: Balance, catalogue: Catalogue, floor: float, without: Collection[str]
+    ) -> None:
+        self.balance, self.catalogue, self.floor = balance, catalogue, floor
+        self.barred = set(without)
+        self.unknown = catalogue.unknown()
+        self.fits = 0
+        self._same = pairs(balance, not catalogue.machine.linear and catalogue.along.turns)
+
+    def fit(self, terms: Sequence[Term]) -> Solution:
+        """A set with what no balance can do without."""
+        self.fits += 1
+        return self.balance.fit([*self.unknown, *terms])
+
+    def left(self, current: Solution, chosen: Sequence[Term]) -> Left:
+        """What a set leaves."""
+        orders = [one.effect for one in chosen if one.rate and not one.over_time]
+        enough = any(orders.count(name) >= _SAME for name in orders)
+        return left_by(self.balance, self.catalogue.along, current, self._same, enough)
+
+    def candidates(self, current: Solution, chosen: Sequence[Term]) -> list[Term]:
+        """Terms that a set may be extended by."""
+        kinds = [one.effect for one in chosen]
+        taken = {one.key for one in chosen}
+        finer = {name for one in chosen for name in one.refines}
+        return [
+            one
+            for one in self.catalogue.candidates(self.left(current, chosen))
+            if one.effect not in self.barred
+            and not self.barred.intersection(one.contained)  # which would bring it back in
+            and kinds.count(one.effect) < (_SAME if RIGID[one.effect].several else 1)
+            and one.key not in taken
+            and one.effect not in finer
+        ]
+
+    def extended(self, chosen: Sequence[Term], added: Term) -> list[Term]:
+        """A set with one more term, which may take the place of others."""
+        kept = [one for one in chosen if one.effect not in added.refines]
+        return [*(self.levelled(kept) if RIGID[added.effect].several else kept), added]
+
+    def levelled(self, chosen: Sequence[Term]) -> list[Term]:
+        """With a free mean: a sine over part of its period has one, which must not decide."""
+        if free_means(chosen) or "constant_load" in self.barred:
+            return list(chosen)
+        return [*chosen, constant_load.term(self.catalogue.along)]
+
+    def standing(self, current: Solution, chosen: Sequence[Term]) -> Standing:
+        """Of a set whose fit is `current`."""
+        now = self.balance.cross_validated([*self.unknown, *chosen], current.scale)
+        cap = _cap(now)
+        now = np.minimum(now, cap)
+        return Standing(now, cap, self._surplus(now), current.scale)
+
+    def gained(self, before: Standing, then: Sequence[Term]) -> Gain | None:
+        """What another set takes off where cross-validated; None where it cannot be."""
+        costs = self._validated(before, then)
+        if costs.size != before.costs.size or not np.all(np.isfinite(costs)):
+            return None
+        return _gain(before.costs - np.minimum(costs, before.cap), before.surplus)
+
+    def lost(self, full: Standing, rest: Sequence[Term]) -> Gain:
+        """What comes back with a smaller set."""
+        costs = np.minimum(self._validated(full, rest), _HURT * full.cap)
+        return _gain(costs - full.costs, full.surplus)
+
+    def glimpsed(self, before: Standing, then: Solution) -> float:
+        """Mean cost of a plain fit on the stretches that it was fitted to."""
+        costs = self.balance.costs(then, before.scale, self.balance.fitted)
+        return float(np.mean(np.minimum(costs, before.cap)))
+
+    def holds(self, current: Solution, then: Solution) -> bool:
+        """Whether a gain is there on the stretches that nothing was fitted to."""
+        balance = self.balance
+        before = balance.costs(current, current.scale, balance.judged)
+        after = balance.costs(then, current.scale, balance.judged)
+        cap = _cap(before)
+        before = np.minimum(before, cap)
+        gain = _gain(before - np.minimum(after, cap), self._surplus(before))
+        return gain.share >= 0.5 * LEAST_GAIN and gain.sureness >= _HELD_SURE
+
+    def _validated(self, standing: Standing, terms: Sequence[Term]) -> FloatArray:
+        self.fits += self.balance.FOLDS
+        return self.balance.cross_validated([*self.unknown, *terms], standing.scale)
+
+    def _surplus(self, costs: FloatArray) -> float:
+        """Squared residual above the floor.
+
+        The floor may hold what a model would take off: what changes with time does not repeat.
+        """
+        mean = float(np.mean(costs))
+        return max(mean - self.floor**2, _AT_FLOOR * mean, 1e-300)
+
+
+def _cap(costs: FloatArray) -> float:
+    """What the cost of one stretch counts at the most: one mishap must not decide, some may."""
+    known = costs[np.isfinite(costs)]
+    if known.size == 0:
+        return math.inf
+    return max(_WORST * float(np.median(known)), 2.0 * float(np.mean(known)))
+
+
+def _gain(differences: FloatArray, surplus: float) -> Gain:
+    mean = float(np.mean(differences))
+    if differences.size < 3:
+        return Gain(mean / surplus, 0.0)
+    spread = float(np.std(differences, ddof=1)) / math.sqrt(differences.size)
+    return Gain(mean / surplus, mean / spread if spread > 0.0 else math.copysign(math.inf, mean))

@@ -1,0 +1,80 @@
+"""What a rigid machine's file asks for along one motion, and the effects that compete for the rest.
+
+What each effect asks for stands in its own file (`effects`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ...drive.rigid.machine import Machine
+from ...drive.rigid.packed import model_of
+from ...drive.rigid.units import Units
+from ...effects import load_inertia_error
+from ...effects.along import Along
+from ...effects.catalogue import RIGID, rigid_forms
+from ...effects.term import Left, Term
+from ..diagnosis import FloatArray
+from .motion import Motion
+
+_ROUNDS = 4  # a ripple's share of itself: a third of a third of a third is below any floor
+
+
+class Catalogue:
+    """The effects that act on effort, along one motion."""
+
+    def __init__(self, motion: Motion, machine: Machine) -> None:
+        self.motion, self.machine = motion, machine
+        self.units = Units(motion.effort_unit, machine.linear)
+        self.model = model_of(machine, self.units.own)
+        self.along = Along(motion, machine, self.model, self.units)
+
+    def nominal(self) -> FloatArray:
+        """The effort that the drive file's own values and effects ask for, float64[n]."""
+        model, motion, along = self.model, self.motion, self.along
+        made: FloatArray = (
+            (model.inertia or 0.0) * motion.acceleration
+            + model.viscous[0] * np.maximum(motion.velocity, 0.0)
+            + model.viscous[1] * np.minimum(motion.velocity, 0.0)
+            + model.coulomb[0] * along.forwards
+            + model.coulomb[1] * along.backwards
+            + model.constant
+            + model.stiffness * motion.position
+        )
+        shares = [one for one in model.shapes if RIGID[one.name].of_effort]
+        for one in model.shapes:
+            if one not in shares:
+                made += RIGID[one.name].asked(along, one.values, made)
+        bare = made
+        for _ in range(_ROUNDS if shares else 0):  # a share of the whole effort, itself included
+            made = bare + sum(RIGID[one.name].asked(along, one.values, made) for one in shares)
+        if model.delay_s:
+            made = np.interp(motion.time_s + model.delay_s, motion.time_s, made)
+        return made
+
+    def unknown(self) -> list[Term]:
+        """What the file leaves out and no balance can do without: the inertia."""
+        return [] if self.along.known_inertia else [load_inertia_error.term(self.along)]
+
+    def candidates(self, left: Left) -> list[Term]:
+        """Every term that a set may be extended by, given what it leaves."""
+        forms = rigid_forms(self.machine.linear).values()
+        return [
+            form.term(self.along, *one) for form in forms for one in form.tried(self.along, left)
+        ]
+
+    def twins(self, one: Term, left: Left) -> list[Term]:
+        """What an effect looks like where speed, or effort, hardly varies."""
+        found = []
+        for form in (RIGID[name] for name in RIGID[one.effect].twins):
+            shape = form.like(self.along, left, one) if form.like is not None else (0.0,)
+            if shape[0]:
+                found.append(form.term(self.along, *shape))
+        return found
+
+
+def free_means(terms: Sequence[Term]) -> bool:
+    """Whether one of the terms has a free mean."""
+    return any(one.mean for one in terms)

@@ -1,0 +1,109 @@
+"""Followers, known by command and position alone, against lag and play put in by hand."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from ecyl_ros.drive.rigid.machine import Machine
+from ecyl_ros.errors import InputError
+from ecyl_ros.gap.diagnose import diagnose
+from ecyl_ros.gap.follower import resolution
+from ecyl_ros.gap.report.page import report_html
+from ecyl_ros.gap.report.terminal import summary
+from ecyl_ros.recording.signals import Recording
+
+MACHINE = Machine(kind="follower", output="rotary")
+STEP = 2.0 * np.pi / 4096.0
+
+
+def _followed(lag_s: float, width: float, rate: float = 50.0, offset: float = 0.0) -> Recording:
+    """A command through a lag and a play, at 10 kHz, then sampled and rounded to the encoder."""
+    fine = np.arange(0.0, 60.0, 1e-4)
+
+    def command(t):
+        t = np.maximum(t, 0.0)
+        return 0.3 * np.sin(1.1 * t) + 0.1 * np.sin(2.9 * t + 1.0)
+
+    state, out = command(fine[:1])[0], np.empty(fine.size)
+    for index, value in enumerate(command(fine - lag_s).tolist()):
+        state = min(max(state, value - 0.5 * width), value + 0.5 * width)
+        out[index] = state
+    rows = np.round(np.arange(0.0, 59.9, 1.0 / rate) * 1e4).astype(int)
+    rng = np.random.default_rng(5)
+    position = out[rows] + offset + 0.3 * STEP * rng.normal(size=rows.size)
+    return Recording(
+        stamp_ns=np.round(fine[rows] * 1e9).astype(np.int64),
+        reference_position_rad=command(fine[rows]),
+        rotor_position_rad=np.round(position / STEP) * STEP,
+    )
+
+
+def _measured(result) -> dict:
+    return {one.name: one for one in result.measured}
+
+
+@pytest.mark.parametrize(("lag_s", "width"), [(0.08, 0.03), (0.03, 0.01), (0.2, 0.06)])
+def test_lag_and_play_come_out_as_put_in(lag_s, width) -> None:
+    """Lag, width and offset lie within their intervals, which are narrow; no cause is named."""
+    result = diagnose(_followed(lag_s, width, offset=0.02), MACHINE)
+    found = _measured(result)
+    for name, truth, near in (
+        ("lag_s", lag_s, 0.005),
+        ("dead_band_rad", width, STEP),
+        ("offset_rad", 0.02, STEP),
+    ):
+        one = found[name]
+        assert one.low <= truth <= one.high
+        assert one.value == pytest.approx(truth, abs=near) and one.high - one.low < 4.0 * near
+    assert found["resolution_rad"].value == pytest.approx(STEP, rel=1e-4)
+    assert result.verdict == "unexplained" and not result.causes and result.block is None
+
+
+def test_a_mere_lag_proves_no_dead_band() -> None:
+    """Without play the notes say that none is proven."""
+    result = diagnose(_followed(0.08, 0.0), MACHINE)
+    assert _measured(result)["dead_band_rad"].low <= STEP
+    assert any("no dead band is proven" in note for note in result.notes)
+
+
+def test_a_perfect_follower_has_no_gap() -> None:
+    """Position equals command to the resolution: no gap."""
+    assert diagnose(_followed(0.0, 0.0), MACHINE).verdict == "no_gap"
+
+
+def test_what_fifty_hertz_cannot_show_is_said() -> None:
+    """Notes and page name the limits: half the rate, and what an encoder at the output hides."""
+    result = diagnose(_followed(0.08, 0.03), MACHINE)
+    assert _measured(result)["highest_frequency_hz"].value == pytest.approx(25.0, rel=0.01)
+    text = " ".join(result.notes)
+    for word in ("inertia", "cogging", "stiffness", "play between motor and encoder"):
+        assert word in text
+    assert "dead band" in summary(result) and "Lag" in report_html(result)
+
+
+def test_the_resolution_is_the_encoders_step() -> None:
+    """Rounded, resampled or stated: the step; of a fine signal: none."""
+    rng = np.random.default_rng(0)
+    smooth = np.cumsum(rng.normal(size=4000)) * 1e-3
+    stepped = np.round(smooth / STEP) * STEP
+    assert resolution(stepped, None) == pytest.approx(STEP, rel=1e-4)
+    held = np.repeat(stepped[::8], 8)
+    between = np.interp(np.arange(0.0, 3999.0, 1.003), np.arange(4000.0), held)
+    assert resolution(between, None) == pytest.approx(STEP, rel=1e-3)
+    assert resolution(smooth, None) == 0.0 and resolution(smooth, 1e-3) == 1e-3
+
+
+def test_a_follower_without_command_is_refused() -> None:
+    """No reference: the field is named."""
+    good = _followed(0.08, 0.03)
+    bad = Recording(stamp_ns=good.stamp_ns, rotor_position_rad=good.rotor_position_rad)
+    with pytest.raises(InputError, match=r"x.csv: reference_position_rad is missing"):
+        diagnose(bad, MACHINE, source="x.csv")
+    still = Recording(
+        stamp_ns=good.stamp_ns,
+        rotor_position_rad=good.rotor_position_rad,
+        reference_position_rad=np.zeros(len(good)),
+    )
+    with pytest.raises(InputError, match=r"the command moves by less than 4 steps"):
+        diagnose(still, MACHINE)

@@ -1,0 +1,179 @@
+"""The file that a diagnosis of a rigid drive writes: read back, it leaves no gap."""
+
+from __future__ import annotations
+
+import dataclasses
+from pathlib import Path
+
+import numpy as np
+import pytest
+from rigid_machines import LINEAR, ROTARY, motion, recorded
+
+from ecyl_ros.cli.main import main
+from ecyl_ros.drive.rigid.effects_file import effects_table
+from ecyl_ros.drive.rigid.machine import Machine
+from ecyl_ros.drive.rigid.machine_file import load_machine
+from ecyl_ros.effects.catalogue import RIGID
+from ecyl_ros.errors import InputError
+from ecyl_ros.gap.diagnose import diagnose
+from ecyl_ros.gap.twin import write_twin
+from ecyl_ros.recording.csvfile import write_csv
+
+HEAD = "# My drive.\n/**:\n  ros__parameters:\n    drive: {kind: rigid, output: %s}\n"
+M, R, TURNS = motion(0.1), motion(1.5), motion(12.0)
+S, SR = np.sign(M.v), np.sign(R.v)
+DOWN = np.where(M.v > 0, 13.0 + 35.0 * M.v, -6.5 + 55.0 * M.v)
+
+LINEAR_FAULTS = {
+    "viscous": 40.0 * M.v,
+    "coulomb": 9.0 * S,
+    "constant": 8.0 + 0.0 * M.v,
+    "spring": 120.0 * (M.q - 0.03),
+    "inertia": 6.0 * M.a,
+    "direction": DOWN,
+    "stribeck": S * (7.0 + 8.0 * np.exp(-((M.v / 0.04) ** 2))),
+    "drift": 13.0 * S * (1.0 - 0.03 * M.t),
+    "cogging": 6.5 * np.sin(2.0 * np.pi * M.q / 0.01 + 1.0),
+    "two orders": 6.5 * np.sin(2.0 * np.pi * M.q / 0.01 + 1.0) + 3.0 * np.sin(1500.0 * M.q),
+    "disturbance": 6.5 * np.sin(2.0 * np.pi * 7.3 * M.t + 0.4),
+    "friction and load": 9.0 * S - 4.0,
+    "friction and cogging": DOWN + 5.0 * np.sin(2.0 * np.pi * M.q / 0.01 + 1.0),
+}
+
+
+def _file(path: Path, body: str, output: str = "linear") -> Path:
+    path.write_text(HEAD % output + body, encoding="utf-8")
+    return path
+
+
+def _twin(tmp_path: Path, recording, body: str, output: str = "linear"):
+    """First diagnosis, the twin's file, and the diagnosis by it."""
+    nominal = _file(tmp_path / "nominal.yaml", body, output)
+    first = diagnose(recording, load_machine(nominal))
+    write_twin(first, nominal, tmp_path / "twin.yaml")
+    return first, diagnose(recording, load_machine(tmp_path / "twin.yaml"))
+
+
+@pytest.mark.parametrize("fault", LINEAR_FAULTS)
+def test_a_twin_of_a_linear_drive_leaves_no_gap(tmp_path, fault) -> None:
+    """Every effect that acts on a straight output: written, read, and the gap is gone."""
+    recording = recorded(M, 20.0 * M.a + LINEAR_FAULTS[fault], LINEAR, 0.3, 1e-6)
+    body = "    actuation: {signal: force}\n    load: {mass: 20.0}  # kg\n"
+    first, second = _twin(tmp_path, recording, body)
+    assert first.causes and not second.causes
+    if fault == "stribeck":  # its speed is known to a step of the search
+        assert second.signals[0].gap < 0.06 * first.signals[0].gap
+    else:
+        assert second.verdict == "no_gap", second.signals[0]
+    text = (tmp_path / "twin.yaml").read_text(encoding="utf-8")
+    assert text.startswith(HEAD % "linear" + body.rstrip("\n"))
+
+
+@pytest.mark.parametrize(
+    ("extra", "effect"),
+    [
+        (0.05 * np.sin(12.0 * TURNS.q + 1.0), "cogging_torque"),
+        (-0.2 * np.sin(12.0 * TURNS.q) / (1.0 + 0.2 * np.sin(12.0 * TURNS.q)), "torque_ripple"),
+    ],
+)
+def test_a_twin_of_a_rotor_cogs_and_ripples(tmp_path, extra, effect) -> None:
+    """A torque of the angle, and a share of the motor's own, with phase and order."""
+    torque = 0.02 * TURNS.a * (1.0 + extra) if effect == "torque_ripple" else 0.02 * TURNS.a + extra
+    recording = recorded(TURNS, torque, ROTARY, 0.01, 1e-4)
+    body = "    actuation: {signal: torque}\n    load: {inertia: 0.02}\n"
+    first, second = _twin(tmp_path, recording, body, "rotary")
+    assert [one.effect for one in first.causes] == [effect]
+    assert second.verdict == "no_gap" and not second.causes
+
+
+def test_what_the_file_left_out_is_written_too(tmp_path) -> None:
+    """A mass goes into its own key; without a gain, inertia and friction go by the ampere."""
+    recording = recorded(M, 20.0 * M.a + 9.0 * S, LINEAR, 0.3, 1e-6)
+    _, second = _twin(tmp_path, recording, "    actuation: {signal: force}\n")
+    assert second.verdict == "no_gap"
+    assert load_machine(tmp_path / "twin.yaml").inertia == pytest.approx(20.0, rel=0.01)
+    ampere = Machine(kind="rigid", output="rotary", actuation="current")
+    recording = recorded(R, 0.02 * R.a + 0.1 * SR, ampere, 0.004, 1e-4)
+    _, second = _twin(tmp_path, recording, "    actuation: {signal: current}\n", "rotary")
+    assert second.verdict == "no_gap"
+    assert "coulomb_a" in (tmp_path / "twin.yaml").read_text(encoding="utf-8")
+
+
+def test_a_twin_of_a_twin_adds_up(tmp_path) -> None:
+    """More friction beyond that of a twin's file: one effect with the sum of both."""
+    body = "    actuation: {signal: force}\n    load: {mass: 20.0}\n"
+    first = recorded(M, 20.0 * M.a + 9.0 * S, LINEAR, 0.3, 1e-6)
+    _twin(tmp_path, first, body)
+    worse = recorded(M, 20.0 * M.a + 15.0 * S, LINEAR, 0.3, 1e-6)
+    found = diagnose(worse, load_machine(tmp_path / "twin.yaml"))
+    write_twin(found, tmp_path / "twin.yaml", tmp_path / "again.yaml")
+    (effect,) = load_machine(tmp_path / "again.yaml").effects
+    assert effect.name == "load_coulomb_friction"
+    assert effect.values["coulomb"] == pytest.approx(15.0, rel=0.02)
+    assert diagnose(worse, load_machine(tmp_path / "again.yaml")).verdict == "no_gap"
+
+
+def test_the_command_writes_the_twin_and_takes_it(tmp_path, capsys) -> None:
+    """`ecyl diagnose --write-drive` on a CSV, then `--drive` of what it wrote: no gap."""
+    recording = recorded(M, 20.0 * M.a + DOWN, LINEAR, 0.3, 1e-6)
+    write_csv(recording, tmp_path / "run.csv")
+    nominal = _file(tmp_path / "n.yaml", "    actuation: {signal: force}\n    load: {mass: 20.0}\n")
+    run = ["diagnose", str(tmp_path / "run.csv"), "--drive"]
+    assert main([*run, str(nominal), "--write-drive", str(tmp_path / "t.yaml")]) == 0
+    assert str(tmp_path / "t.yaml") in capsys.readouterr().out
+    assert main([*run, str(tmp_path / "t.yaml")]) == 0
+    assert "There is no gap to explain" in capsys.readouterr().out
+
+
+def test_no_cause_no_file(tmp_path) -> None:
+    """A machine as modelled: nothing to write, and nothing written."""
+    nominal = _file(tmp_path / "n.yaml", "    actuation: {signal: force}\n    load: {mass: 20.0}\n")
+    result = diagnose(recorded(M, 20.0 * M.a, LINEAR, 0.3, 1e-6), load_machine(nominal))
+    with pytest.raises(InputError, match="no cause was named"):
+        write_twin(result, nominal, tmp_path / "t.yaml")
+    assert not (tmp_path / "t.yaml").exists()
+
+
+@pytest.mark.parametrize(
+    ("effects", "message"),
+    [
+        ("{load_coulom_friction: {coulomb_n: 3.0}}", "did you mean load_coulomb_friction?"),
+        ("{load_coulomb_friction: {coulomb_nm: 3.0, coulomb_n: 3.0}}", "counted in one unit"),
+        ("{load_coulomb_friction: {level: 3.0}}", "effects.load_coulomb_friction.level; expected"),
+        ("{load_coulomb_friction: {coulomb_n: big}}", "coulomb_n = 'big', expected a number"),
+        ("{stribeck_friction: {coulomb_n: 3.0}}", "effects.stribeck_friction.static_n is missing"),
+        ("{cogging_torque: {amplitude_n: -1.0, period_m: 0.1}}", "amplitude_n = -1, expected"),
+        (
+            "{cogging_torque: {amplitude_n: 1.0, periods_per_screw_rev: 3.0}}",
+            "screw.lead is missing",
+        ),
+        (
+            "{cogging_torque: {amplitude_n: 1.0}}",
+            "periods_per_screw_rev or period_m is missing",
+        ),
+        ("{torque_constant_error: {torque_constant_n_per_a: 2.0}}", "actuation.gain is missing"),
+        ("{load_dependent_friction: {coefficient: 0.1, mass_kg: 1.0}}", "expected one of"),
+    ],
+)
+def test_effects_of_a_file_are_checked_by_name(tmp_path, effects, message) -> None:
+    """An effect, parameter or value that is wrong is named, with what was expected."""
+    path = _file(tmp_path / "d.yaml", f"    load: {{mass: 2.0}}\n    effects: {effects}\n")
+    with pytest.raises(InputError) as caught:
+        load_machine(path)
+    assert message in str(caught.value) and str(path) in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_effects_in_another_unit_than_the_recording_are_refused(tmp_path) -> None:
+    """Friction in ampere does not go with an effort in newton."""
+    path = _file(tmp_path / "d.yaml", "    effects: {load_coulomb_friction: {coulomb_a: 0.1}}\n")
+    machine = dataclasses.replace(load_machine(path), actuation="force", gain=1.0, inertia=20.0)
+    with pytest.raises(InputError, match=r"effort comes in N, the effects .* counted in A"):
+        diagnose(recorded(M, 20.0 * M.a, LINEAR, 0.3, 1e-6), machine)
+
+
+def test_the_page_has_the_table_of_effects() -> None:
+    """docs/drive-file.md holds what the code prints, for every effect of either output."""
+    page = Path(__file__).parents[2] / "docs" / "drive-file.md"
+    assert effects_table() in page.read_text(encoding="utf-8")
+    assert all(f"`{name}`" in effects_table() for name in RIGID)

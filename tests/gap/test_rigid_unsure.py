@@ -1,0 +1,94 @@
+"""Rigid drives: what a recording cannot tell apart is shared, what it hides is not named."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+from rigid_machines import LINEAR, RATE_HZ, ROTARY, Motion, motion, recorded
+
+from ecyl_ros.drive.rigid.machine import Machine
+from ecyl_ros.gap.diagnose import diagnose
+from ecyl_ros.gap.rigid.motion import motion_of
+from ecyl_ros.gap.rigid.rest import at_rest
+
+M = motion(0.1)
+
+
+def _causes(result) -> dict:
+    return {one.effect: one for one in result.causes}
+
+
+def _pausing() -> Motion:
+    """Motion that stands for 1 s in every 4 s, by a smooth speed."""
+    t = np.arange(int(24.0 * RATE_HZ)) / RATE_HZ
+    phase = np.minimum(t % 4.0, 3.0) / 3.0
+    way = np.where((t // 4.0) % 2 == 0, 1.0, -1.0)
+    v = way * 0.1 * np.sin(np.pi * phase) ** 2 * (1.0 + 0.3 * np.sin(6.0 * np.pi * phase))
+    v[phase >= 1.0] = 0.0
+    return Motion(t, np.cumsum(v) / RATE_HZ, v, np.gradient(v, 1.0 / RATE_HZ))
+
+
+def test_rest_is_rest() -> None:
+    """Standing for 1 s in 4 s is found, and what is around it; of a swing hardly any."""
+    m = _pausing()
+    moved = motion_of(recorded(m, 20.0 * m.a, LINEAR, 0.3, 1e-6), LINEAR, "r")
+    rest = at_rest(moved)
+    inside = (m.t % 4.0 > 3.2) & (m.t % 4.0 < 3.8)
+    assert rest[inside].mean() > 0.95 and rest.mean() < 0.4
+    swinging = motion_of(recorded(M, 20.0 * M.a, LINEAR, 0.3, 1e-6), LINEAR, "r")
+    assert at_rest(swinging).mean() < 0.05
+
+
+def test_what_friction_holds_at_rest_is_no_gap() -> None:
+    """Level 9 N in motion; at rest anything below it: friction of 9 N alone is named."""
+    m = _pausing()
+    holding = 9.0 * np.sign(m.v) + np.where(m.v == 0.0, 6.0 * np.sin(0.7 * m.t), 0.0)
+    found = _causes(diagnose(recorded(m, 20.0 * m.a + holding, LINEAR, 0.3, 1e-6), LINEAR))
+    assert set(found) == {"load_coulomb_friction"}
+    assert abs(found["load_coulomb_friction"].parameters[0].value - 9.0) < 0.3
+
+
+def test_by_voltage_viscous_friction_and_back_emf_share() -> None:
+    """With a known gain, too: below 0.9, and back EMF is listed."""
+    machine = Machine(kind="rigid", output="rotary", actuation="voltage", gain=0.2, inertia=0.02)
+    m = motion(1.5)
+    volts = dataclasses.replace(machine, gain=1.0)
+    effort = (0.02 * m.a + 0.05 * m.v) / 0.2
+    recording = recorded(m, effort, volts, 0.02, 1e-5)
+    found = _causes(diagnose(recording, machine))
+    assert "back_emf_error" in found["rotor_viscous_friction"].alternatives
+    assert found["rotor_viscous_friction"].confidence < 0.9
+
+
+def test_at_even_speed_a_line_is_not_surely_of_the_turn() -> None:
+    """One way at an all but even speed, a line per turn is one over time: not at 0.9."""
+    t = np.arange(int(30.0 * RATE_HZ)) / RATE_HZ
+    m = Motion(t, 3.0 * t, np.full_like(t, 3.0), np.zeros_like(t))
+    machine = dataclasses.replace(ROTARY, inertia=None, bandwidth_hz=20.0)
+    effort = 0.1 + 0.05 * np.sin(7.0 * m.q)
+    result = diagnose(recorded(m, effort, machine, 0.002, 1e-5), machine)
+    assert all(one.confidence < 0.9 for one in result.causes)
+    assert "rotor_viscous_friction" not in _causes(result)
+
+
+def test_an_effort_that_stands_while_the_output_moves_is_left_out() -> None:
+    """Friction of 9 N with 6 s of a dead effort amid the motion: its value stays, a note tells."""
+    effort = 20.0 * M.a + 9.0 * np.sign(M.v)
+    good = recorded(M, effort, LINEAR, 0.3, 1e-6)
+    force = np.array(good.rod_force_n)
+    force[8000:14000] = 0.0
+    result = diagnose(dataclasses.replace(good, rod_force_n=force), LINEAR)
+    assert any("stands still for 6" in note for note in result.notes)
+    for one in result.causes:
+        assert one.confidence < 0.9
+    levels = [one for one in result.measured if one.name in ("coulomb_n", "coulomb_positive_n")]
+    assert levels and abs(levels[0].value - 9.0) < 0.3
+
+
+def test_two_samples_of_lag_are_no_delay() -> None:
+    """Effort 1.8 samples ahead of the motion beside friction: no delay is named, nor told of."""
+    effort = np.interp(M.t + 1.8 / RATE_HZ, M.t, 20.0 * M.a + 9.0 * np.sign(M.v))
+    result = diagnose(recorded(M, effort, LINEAR, 0.3, 1e-6), LINEAR)
+    assert set(_causes(result)) == {"load_coulomb_friction"}
+    assert not any("delay" in note and "named" in note for note in result.notes)
