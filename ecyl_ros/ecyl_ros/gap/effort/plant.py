@@ -65,9 +65,10 @@ def plant_of(model: Model) -> Plant:
                 level += values["coulomb"]
                 drift += values["coulomb"] * values["rate"]
             case "load_dependent_friction":
-                carried = [values["share"], model.keys[0] or model.inertia, model.keys[3]]
                 if "inertia" in values:
                     carried = [values["inertia"], 1.0, 0.0]
+                else:
+                    carried = [values["share"], model.keys[0] or model.inertia, model.keys[3]]
                 rows["carried"].append(carried)
             case "local_jam":
                 rows["jams"].append([values["coulomb"], values["position"], values["width"]])
