@@ -92,6 +92,7 @@ class Assembly:
             measured=(*self._measured(named), *self.replay.measured),
             floor_is=self.judgement.floor_is,
             closest=closest(self.catalogue, self.whole) if named else None,
+            judged=closest(self.catalogue, ruling.final),
             sheet=sheet_values(self.whole.terms, self.spans, self.machine, self.units),
             within_sheet=ruling.after / self.spread if ruling.verdict == "within_sheet" else None,
             reason=ruling.reason,

@@ -29,9 +29,14 @@ _NEAR = 1e-6  # relative: rounding to so many digits, over sums of two
 
 @dataclass(frozen=True, eq=False)
 class EffortDiagnosis(Diagnosis):
-    """A diagnosis by effort, with the machine that comes closest to the recording."""
+    """A diagnosis by effort, with the machines that it comes to.
+
+    closest: what comes closest, values fitted to the whole recording; None where no cause is named.
+    judged: the machine that the gap after is of, values fitted without the held-out stretches.
+    """
 
     closest: Machine | None = None
+    judged: Machine | None = None
 
 
 def write_effort_twin(diagnosis: Diagnosis, drive: str | os.PathLike[str], out: str | Path) -> None:
