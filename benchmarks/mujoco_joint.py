@@ -1,12 +1,12 @@
 """One joint in MuJoCo: a drive as MJCF, fitted by `mujoco.sysid`, simulated and inverted.
 
-Run by `sysid_peer.py` in an environment of its own: `python mujoco_joint.py PROBLEM.npz ANSWER.npz`.
-This file must not import ecyl_ros, which is not there; `mujoco` is imported where it is needed, so
-that the mapping can be read without it.
+Run by `sysid_peer.py` in an environment of its own: `mujoco_joint.py PROBLEM.npz ANSWER.npz`; prints
+one line of JSON. This file must not import ecyl_ros, which is not there; `mujoco` is imported where
+it is needed, so that the mapping can be read without it.
 
-The joint has one inertia (a hinge's `armature`, a slide's body mass: its friction is scaled by the
-mass of the body alone), `damping`, `frictionloss`, `stiffness`, and an actuator of unit gain with a
-bias. The gain itself is not fitted: beside a free inertia and free friction it says nothing more (see
+The joint has one inertia (a hinge's `armature`, a slide's body mass: on a slide without it MuJoCo's
+friction hardly acts), `damping`, `frictionloss`, `stiffness`, and an actuator of unit gain with a
+bias. The gain itself is not fitted: beside free inertia and friction it says nothing more (see
 "Identifiability" in the toolbox's documentation).
 """
 
@@ -211,8 +211,9 @@ def fit(problem: Problem, **options: Any) -> tuple[np.ndarray, dict[str, float]]
         told = sysid.TimeSeries(times, at, measured.signal_mapping)
         return (seen.data - told.data) / problem.scale, told, seen
 
+    # One thread: more would be started and ended for every window, which takes longer.
     residual = sysid.build_residual_fn(
-        models_sequences=[sequences], build_model=build, modify_residual=weigh
+        models_sequences=[sequences], build_model=build, modify_residual=weigh, n_threads=1
     )
     before = _cost(residual, parameters)
     begun = parameters.copy().move_off_bounds()  # as the toolbox advises

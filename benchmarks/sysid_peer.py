@@ -1,15 +1,16 @@
 """The diagnosis of rigid drives beside MuJoCo's system-identification toolbox (`mujoco.sysid`).
 
 Both are given the same recording and the same drive file and fit on the same stretches: two of
-three, as the diagnosis divides a recording. The toolbox fits a joint of MuJoCo (armature, damping,
+three, as the diagnosis divides a recording. The toolbox fits a joint of MuJoCo (inertia, damping,
 frictionloss, stiffness and the actuator's bias) from there, each fitted stretch a window begun at
-the measured state, in an environment of its own. Both are judged on the third stretches:
+the measured state, in an environment of its own. What it minimises is what motion is judged by.
+Both are judged on the third stretches:
 
-- motion: simulated from the measured state of each stretch on, driven by the recorded effort, MuJoCo
-  by MuJoCo and the diagnosis' twin by its own replay. RMS of position and speed less the recorded,
-  each over the standard deviation of what was recorded, the two pooled.
-- effort: what the recorded motion asks for less the recorded effort, RMS over RMS of the effort, both
-  through the same low-pass.
+- motion: simulated from the measured state of each stretch on, driven by the recorded effort; the
+  joint by MuJoCo, the diagnosis' twin by its own replay. RMS of position and speed less the
+  recorded, each over the standard deviation of what was recorded, the two pooled.
+- effort: what the recorded motion asks for less the recorded effort, RMS over RMS of the effort,
+  both through the same low-pass.
 
 No value of either was fitted to a held-out stretch. The diagnosis asks there whether a cause earns
 its name; the toolbox has no such question.
@@ -23,7 +24,6 @@ them: each a folder with drive.yaml, map.yaml, truth.yaml (`recording`: the file
 
 from __future__ import annotations
 
-import argparse
 import json
 import math
 import statistics
@@ -55,8 +55,8 @@ from ecyl_ros.recording.load import load_stretch
 from ecyl_ros.recording.map import load_map
 from ecyl_ros.recording.signals import Recording
 
-# Causes that are a parameter of the joint, and some that are none. (MuJoCo has other means to pose an
-# arm's weight or a delay, so that these are on neither side.)
+# Causes that are a parameter of the joint, and some that are none. (MuJoCo has other means to pose
+# an arm's weight or a delay, so that these are on neither side.)
 POSED = (
     "load_viscous_friction",
     "rotor_viscous_friction",
@@ -80,7 +80,7 @@ BEYOND = (
 LIMIT_S = 1800.0  # for one fit of the toolbox
 _MOVES = 0.5  # share of a window that has to be in motion
 _REACH = 10.0  # times the inertia that the fit begins with, either way
-_SPARE = 4.0  # cases drawn for one that is wanted: some cannot be posed
+_PLANNED = 200  # cases of either side, whatever is asked for: the first are always the same
 
 
 class PeerError(Exception):
@@ -89,9 +89,11 @@ class PeerError(Exception):
 
 @dataclass(frozen=True, eq=False)
 class Subject:
-    """One machine to be judged on. truth: what is known to be wrong with it, None where nobody knows.
+    """One machine to be judged on.
 
-    posed: whether all of that is a parameter of the joint.
+    truth: what is known to be wrong with it, None where nobody knows. posed: whether all of that is
+    a parameter of the joint. seen: whether the recording can show it, by the study's own label;
+    None where nobody knows.
     """
 
     name: str
@@ -100,13 +102,15 @@ class Subject:
     mode: float | None
     truth: str | None
     posed: bool
+    seen: bool | None = None
 
 
 @dataclass(frozen=True, eq=False)
 class Posed:
     """A subject as both are given it.
 
-    scale: of position and speed, by which errors are divided. fitted, held_out: windows, int64[k, 2].
+    scale: of position and speed, by which errors are divided. fitted, held_out: windows,
+    int64[k, 2].
     """
 
     motion: Motion
@@ -138,7 +142,7 @@ def drawn(count: int, seed: int) -> Iterator[Subject]:
     queues = []
     for effects in (POSED, BEYOND):
         known = tuple(name for name in drives.effects if name in effects)
-        plan = drives.plan(math.ceil(_SPARE * count), seed, Choice(("single",), known))
+        plan = drives.plan(_PLANNED, seed, Choice(("single",), known))
         queues.append(iter(plan))
     for index in range(count):
         while True:
@@ -154,6 +158,7 @@ def drawn(count: int, seed: int) -> Iterator[Subject]:
             mode=None,
             truth=effect,
             posed=effect in POSED,
+            seen=case.judgeable,
         )
 
 
@@ -279,7 +284,7 @@ def twin_errors(posed: Posed, machine: Machine) -> dict[str, float | None]:
 
 
 def judged(subject: Subject, python: Path) -> dict[str, Any]:
-    """One row: errors of the file's machine, of the toolbox and of the diagnosis, and what they say."""
+    """One row: errors of the file's machine, the toolbox and the diagnosis, and what they say."""
     posed = pose(subject)
     begin = time.perf_counter()
     diagnosis = diagnose_effort(
@@ -297,6 +302,7 @@ def judged(subject: Subject, python: Path) -> dict[str, Any]:
         "machine": subject.name,
         "truth": subject.truth,
         "truth_is_a_parameter": subject.posed if subject.truth else None,
+        "truth_can_be_seen": subject.seen,
         "windows_fitted": len(posed.fitted),
         "windows_held_out": len(posed.held_out),
         "nominal": nominal,
@@ -324,7 +330,9 @@ def told(row: dict[str, Any]) -> list[str]:
     ours, peer_s = row["ours"], row["peer"]["values"]
     truth = row["truth"] or "not known"
     if row["truth_is_a_parameter"] is False:
-        truth += " (none of the joint's parameters)"
+        truth += ", none of the joint's parameters"
+    if row["truth_can_be_seen"] is False:
+        truth += ", too small to be told in this recording"
     numbers = ", ".join(f"{name} {value:.4g}" for name, value in peer_s.items())
     causes = ", ".join(ours["causes"]) or "no cause named"
     return [
@@ -389,8 +397,8 @@ def agreement(report: Report, rows: list[dict[str, Any]]) -> None:
         for what in ("motion", "effort")
     )
     report.say(
-        f"  MuJoCo {known[0]['peer']['mujoco']}; the file's machine, simulated and inverted by both: "
-        f"its errors differ by {100.0 * apart:.1f} % at the most"
+        f"  MuJoCo {known[0]['peer']['mujoco']}; the file's machine, simulated and inverted by "
+        f"both: its errors differ by {100.0 * apart:.1f} % at the most"
     )
     report.figures["nominal_differs"] = apart
 
@@ -423,6 +431,8 @@ def main() -> None:
         help="interpreter that has benchmarks/requirements.txt (default .venv-bench's)",
     )
     options = flags.parse_args()
+    if not 0 <= options.cases <= _PLANNED:
+        flags.error(f"--cases {options.cases}: expected 0 to {_PLANNED}")
     python = options.peers_python
     report = Report(
         f"rigid drives beside mujoco.sysid, {options.cases} machines, seed {options.seed}"

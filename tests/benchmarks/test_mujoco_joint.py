@@ -62,7 +62,7 @@ def test_the_mjcf_holds_every_value_in_its_place(joint: ModuleType, linear: bool
 def test_a_drive_file_s_values_are_where_the_fit_begins(
     joint: ModuleType, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    """The start asks for the effort of the file: M a + d v + F + k q + C, wherever the spring is."""
+    """The start asks for the file's effort, M a + d v + F + k q + C, wherever the spring is."""
     import sysid_peer
 
     from ecyl_ros.gap.effort.machine import load_machine
