@@ -1,8 +1,8 @@
 """One joint in MuJoCo: a drive as MJCF, fitted by `mujoco.sysid`, simulated and inverted.
 
-Run by `sysid_peer.py` in an environment of its own: `mujoco_joint.py PROBLEM.npz ANSWER.npz`; prints
-one line of JSON. This file must not import ecyl_ros, which is not there; `mujoco` is imported where
-it is needed, so that the mapping can be read without it.
+Run by `sysid_peer.py` in an environment of its own, as `mujoco_joint.py PROBLEM.npz ANSWER.npz`;
+prints one line of JSON. This file must not import ecyl_ros, which is not there; `mujoco` is
+imported where it is needed, so that the mapping can be read without it.
 
 The joint has one inertia (a hinge's `armature`, a slide's body mass: on a slide without it MuJoCo's
 friction hardly acts), `damping`, `frictionloss`, `stiffness`, and an actuator of unit gain with a

@@ -55,17 +55,17 @@ from ecyl_ros.recording.load import load_stretch
 from ecyl_ros.recording.map import load_map
 from ecyl_ros.recording.signals import Recording
 
-# Causes that are a parameter of the joint, and some that are none. (MuJoCo has other means to pose
-# an arm's weight or a delay, so that these are on neither side.)
+# Causes that are a parameter of the joint (but for the side that a name begins with), and some that
+# are none. A back-EMF is damping where voltage is recorded, a wrong gain a factor of the others.
+# MuJoCo has other means to pose an arm's weight or a delay, so that these are on neither side.
 POSED = (
-    "load_viscous_friction",
-    "rotor_viscous_friction",
-    "load_coulomb_friction",
-    "rotor_coulomb_friction",
-    "load_inertia_error",
-    "rotor_inertia_error",
+    "viscous_friction",
+    "coulomb_friction",
+    "inertia_error",
     "constant_load",
     "spring_load",
+    "back_emf_error",
+    "torque_constant_error",
 )
 BEYOND = (
     "cogging_torque",
@@ -136,14 +136,19 @@ class Posed:
         return float(np.sqrt(np.mean(off**2))) / size
 
 
+def is_posed(effect: str) -> bool:
+    """Whether a cause is one of the joint's parameters."""
+    return effect.removeprefix("load_").removeprefix("rotor_") in POSED
+
+
 def drawn(count: int, seed: int) -> Iterator[Subject]:
     """Machines of the study with recorded effort, by turns with a cause that is posed and not."""
     drives = RigidDrives()
-    queues = []
-    for effects in (POSED, BEYOND):
-        known = tuple(name for name in drives.effects if name in effects)
-        plan = drives.plan(_PLANNED, seed, Choice(("single",), known))
-        queues.append(iter(plan))
+    within = tuple(name for name in drives.effects if is_posed(name))
+    queues = [
+        iter(drives.plan(_PLANNED, seed, Choice(("single",), effects)))
+        for effects in (within, BEYOND)
+    ]
     for index in range(count):
         while True:
             case = drives.complete(next(queues[index % 2]))
@@ -157,7 +162,7 @@ def drawn(count: int, seed: int) -> Iterator[Subject]:
             machine=with_tolerances(given.drive.machine, given.drive.tolerances),
             mode=None,
             truth=effect,
-            posed=effect in POSED,
+            posed=is_posed(effect),
             seen=case.judgeable,
         )
 
@@ -178,7 +183,7 @@ def on_disk(folder: Path) -> Iterator[Subject]:
             machine=machine,
             mode=truth.get("mode"),
             truth=" + ".join(must) or None,
-            posed=bool(must) and all(one in POSED for one in must),
+            posed=bool(must) and all(is_posed(one) for one in must),
         )
 
 
