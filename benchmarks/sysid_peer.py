@@ -79,7 +79,8 @@ BEYOND = (
 )
 LIMIT_S = 1800.0  # for one fit of the toolbox
 _MOVES = 0.5  # share of a window that has to be in motion
-_REACH = 10.0  # times the inertia that the fit begins with, either way
+_REACH = 10.0  # times the inertia that the fit begins with, either way: its bounds
+_ROOM = 3.0  # times what would take all the effort: bounds of the rest
 _PLANNED = 200  # cases of either side, whatever is asked for: the first are always the same
 
 
@@ -213,6 +214,24 @@ def pose(subject: Subject) -> Posed:
     )
 
 
+def _guessed(posed: Posed) -> tuple[float, float, float]:
+    """A first value of an inertia that the file leaves out, and the range that guesses of it span.
+
+    By least squares of the fitted samples' effort on acceleration, speed and its sign, position and
+    a constant; and as if all the effort accelerated.
+    """
+    motion, rows = posed.motion, posed.balance.fitted
+    speed = motion.velocity
+    columns = [motion.acceleration, speed, np.sign(speed), motion.position, np.ones_like(speed)]
+    made = motion.filtered(np.stack(columns))[:, rows].T
+    effort = posed.balance.effort[rows]
+    size = np.sqrt(np.mean(made**2, axis=0))
+    regressed = float((np.linalg.lstsq(made / size, effort, rcond=None)[0] / size)[0])
+    most = float(np.std(effort) / np.std(made[:, 0]))
+    start = regressed if 0.0 < regressed < most else most
+    return start, start, most
+
+
 def problem_of(posed: Posed) -> tuple[dict[str, Any], bool]:
     """What `mujoco_joint.Problem` holds, and whether the file alone gives a machine to simulate."""
     motion, model = posed.motion, posed.catalogue.model
@@ -221,9 +240,10 @@ def problem_of(posed: Posed) -> tuple[dict[str, Any], bool]:
     speed = float(np.quantile(np.abs(motion.velocity[usable]), 0.995))
     travel = float(np.ptp(motion.position[usable]))
     middle = float(np.median(motion.position[usable]))
-    inertia = model.inertia
-    if inertia is None:  # a guess: as if all the effort accelerated
-        inertia = float(np.std(motion.effort[usable]) / np.std(motion.acceleration[usable]))
+    inertia, known = model.inertia, model.inertia is not None
+    least = most = inertia
+    if inertia is None:
+        inertia, least, most = _guessed(posed)
     start = np.array(
         [
             inertia,
@@ -233,8 +253,9 @@ def problem_of(posed: Posed) -> tuple[dict[str, Any], bool]:
             -model.constant - model.stiffness * middle,
         ]
     )
-    most = np.array([_REACH * inertia, effort / speed, effort, 2.0 * effort / travel, effort])
-    low = np.array([inertia / _REACH, 0.0, 0.0, 0.0, -max(effort, 2.0 * abs(start[4]))])
+    spans = _ROOM * np.array([effort / speed, effort, effort / travel, effort])
+    high = np.maximum([_REACH * most, *spans], 2.0 * np.abs(start))
+    low = np.array([least / _REACH, 0.0, 0.0, 0.0, -high[4]])
     problem = {
         "linear": posed.catalogue.machine.linear,
         "rate_hz": motion.rate_hz,
@@ -248,10 +269,10 @@ def problem_of(posed: Posed) -> tuple[dict[str, Any], bool]:
         "scale": posed.scale,
         "start": start,
         "low": low,
-        "high": np.maximum(most, 2.0 * np.abs(start)),
+        "high": high,
         "springref": middle,
     }
-    return problem, model.inertia is not None
+    return problem, known
 
 
 def peer(python: Path, problem: dict[str, Any]) -> dict[str, Any]:
