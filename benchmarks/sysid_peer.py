@@ -143,7 +143,10 @@ def is_posed(effect: str) -> bool:
 
 
 def drawn(count: int, seed: int) -> Iterator[Subject]:
-    """Machines of the study with recorded effort, by turns with a cause that is posed and not."""
+    """Machines of the study with recorded effort, by turns with a cause that is posed and not.
+
+    Both sides are drawn of one seed: some machines are the same drive with another fault.
+    """
     drives = RigidDrives()
     within = tuple(name for name in drives.effects if is_posed(name))
     queues = [
