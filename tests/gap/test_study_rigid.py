@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from ecyl_ros.drive.rigid.machine import Machine
 from ecyl_ros.errors import InputError
 from ecyl_ros.gap.study.case import Case
 from ecyl_ros.gap.study.drives import Choice, RigidDrives, draw_cases
@@ -21,7 +20,7 @@ from ecyl_ros.gap.study.rigid.faults import FAULTS, faults
 from ecyl_ros.gap.study.rigid.judgeable import SHOWS, standing
 from ecyl_ros.gap.study.rigid.logger import Logger, record
 from ecyl_ros.gap.study.seal import seal
-from ecyl_ros.gap.study.subject import product_diagnosis, with_tolerances
+from ecyl_ros.gap.study.subject import product_diagnosis
 
 MACHINE = Truth(
     inertia=20.0,
@@ -349,19 +348,8 @@ def test_the_diagnosis_gets_the_sheet_and_nothing_of_the_machine() -> None:
     case = draw_cases(drives, 1, 11, Choice(kinds=("single",), effects=("spring_load",)))[0]
     recording, sheet = drives.given(case)
     drawn = draw_drive(case.seed, bool(case.facts["linear"]), "spring_load", 0.05)
-    assert sheet.machine == drawn.machine
-    assert sheet.machine.stiffness == 0.0
+    assert sheet == dataclasses.replace(drawn.machine, tolerances=drawn.tolerances)
+    assert sheet.stiffness == 0.0
     said = product_diagnosis(recording, sheet, frozenset())
     assert said["schema"] == "ecyl.diagnosis/1"
     assert {"verdict", "causes", "location", "gap"} <= set(said)
-
-
-def test_tolerances_are_handed_over_where_a_file_has_a_key_for_them() -> None:
-    """A machine with such a field gets them; one without stays as it is."""
-
-    @dataclasses.dataclass(frozen=True, kw_only=True)
-    class Stating(Machine):
-        tolerances: object = None
-
-    stated = {"load.mass": 0.1}
-    assert with_tolerances(Stating(kind="rigid", output="linear"), stated).tolerances == stated

@@ -226,7 +226,8 @@ class Diagnosis:
         stretches: of a long recording, those that were looked at, by time.
         caution: what has to be put right before anything else holds (a signal of the wrong sign).
         reason: of `not_judgeable`, what recording would do.
-        closest: of a rigid drive, the machine that comes closest to the recording.
+        closest: of a rigid drive, the machine that comes closest to the recording, values fitted to
+            all of it. judged: the one that the gap after is of, fitted without what is held out.
     """
 
     source: str
@@ -264,6 +265,7 @@ class Diagnosis:
     caution: str = ""
     reason: str = ""
     closest: Machine | None = None
+    judged: Machine | None = None
 
     @property
     def closes(self) -> bool:

@@ -75,6 +75,7 @@ def assembled(
         ),
         floor_is=judgement.floor_is,
         closest=best,
+        judged=closest(along, ruling.final),
         sheet=sheet_values(judgement.whole.terms, judgement.spans, along.machine, along.units),
         within_sheet=ruling.after / spread if ruling.verdict == "within_sheet" else None,
         reason=ruling.reason,

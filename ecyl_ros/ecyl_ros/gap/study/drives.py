@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import Any, ClassVar, NamedTuple, Protocol
 
@@ -19,7 +19,7 @@ from .cylinder.stage import Setup
 from .random_drives import draw_setup
 from .rigid import cases as rigid
 from .rigid.faults import FAULTS
-from .subject import RigidSheet, Sheet
+from .subject import Sheet
 from .workers import in_processes
 
 Baseline = Callable[[Recording, Any], list[str]]
@@ -167,7 +167,7 @@ class RigidDrives:
     def given(self, case: Case) -> Given:
         """See `Drives`."""
         recording, drawn = rigid.record_case(case)
-        return Given(recording, RigidSheet(drawn.machine, drawn.tolerances))
+        return Given(recording, replace(drawn.machine, tolerances=drawn.tolerances))
 
 
 def draw_cases(
