@@ -45,12 +45,18 @@ def direction(evidence: Evidence) -> FloatArray:
 
 
 def strongest(
-    signal: FloatArray, angle: FloatArray, candidates: FloatArray, count: int, gain: FloatArray
+    signal: FloatArray,
+    angle: FloatArray,
+    candidates: FloatArray,
+    count: int,
+    gain: FloatArray,
+    at: Sequence[float] = (),
 ) -> list[tuple[float, float, float]]:
     """The `count` best lines gain x A sin(candidate x angle + phase) in `signal`.
 
     Returns (candidate, A, phase rad) with the best first: local maxima of the variance that a
-    line at the candidate explains beside a constant and a slope.
+    line at the candidate explains beside a constant and a slope; then those `at` given candidates,
+    which over a short way are no maxima beside a slope.
     """
     rows = np.isfinite(signal) & np.isfinite(angle) & np.isfinite(gain)
     if rows.sum() < 50:
@@ -76,6 +82,11 @@ def strongest(
         around = _explained(y, x, g, base, near)
         best = int(np.argmax(around[:, 0]))
         lines.append((float(near[best]), float(around[best, 1]), float(around[best, 2])))
+    for one, (_, size, shift) in zip(
+        at, _explained(y, x, g, base, np.array(at, dtype=float)).tolist(), strict=True
+    ):
+        if all(abs(one - line) > step for line, _, _ in lines):
+            lines.append((one, size, shift))
     return lines
 
 

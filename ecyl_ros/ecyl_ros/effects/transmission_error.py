@@ -12,10 +12,18 @@ from .starts import angular_orders, strongest
 
 
 def starts(evidence: Evidence) -> list[Start]:
-    """The strongest lines of the rod's error over the screw angle."""
+    """The strongest lines of the rod's error over the screw angle; once and twice per turn, too.
+
+    So a screw runs out of true, and over a turn or two of travel that looks much like a slope.
+    """
     screw = evidence.rotor_angle_rad / evidence.drive.transmission.gear_ratio
     lines = strongest(
-        evidence.rod_error_rad, screw, angular_orders(screw, 60.0), 4, np.ones_like(screw)
+        evidence.rod_error_rad,
+        screw,
+        angular_orders(screw, 60.0),
+        4,
+        np.ones_like(screw),
+        at=(1.0, 2.0),
     )
     return [
         {"amplitude_rad": size, "periods_per_screw_rev": order, "phase_rad": shift}

@@ -57,6 +57,7 @@ class Beginnings:
                 return self._in_phase(base, name, fit, all_round=first)
             return fit
 
+        self.promises.upon(base)  # worked out before threads ask for it
         return self._out_of_sheet(base, names) + list(self._map(begin, jobs))
 
     def _out_of_sheet(self, base: Fit, names: Sequence[str]) -> list[Fit]:
@@ -82,11 +83,9 @@ class Beginnings:
         size = CATALOGUE[name].parameters[0]
         shifted = {**given, "phase_rad": given["phase_rad"] + 0.5 * math.pi}
         other = self.fitter.evaluate({**base.values, name: shifted}, base.pulls)
-        target = self.promises.thin(base)
-        pair = np.column_stack(
-            [target - self.promises.thin(fit), target - self.promises.thin(other)]
-        )
-        sine, cosine = np.linalg.lstsq(pair, target, rcond=None)[0]
+        upon = self.promises.upon(base)
+        pair = np.column_stack([upon.response(one) for one in (fit, other)])
+        sine, cosine = np.linalg.lstsq(pair, upon.free, rcond=None)[0]
         turned = {
             **given,
             size.name: min(given[size.name] * math.hypot(sine, cosine), size.high),
@@ -96,12 +95,13 @@ class Beginnings:
         }
         third = self.fitter.evaluate({**base.values, name: turned}, base.pulls)
         tried = [fit, other, third]
-        if all_round and min(one.fitted for one in tried) > _HELPS * base.fitted:
+        # Less what the sheet could do as well: over a short way a line looks like a wrong lead.
+        if all_round and min(upon.promise(one).score for one in tried) > _HELPS * base.fitted:
             # Not a linear matter (a load that rattles in its clearance): the phases all round.
             for quarters in (0.5, 1.5, 2.0, 2.5, 3.0, 3.5):
                 moved = {**given, "phase_rad": given["phase_rad"] + 0.5 * math.pi * quarters}
                 tried.append(self.fitter.evaluate({**base.values, name: moved}, base.pulls))
-        return min(tried, key=lambda one: one.fitted)
+        return min(tried, key=lambda one: upon.promise(one).score)
 
 
 def _possible(name: str, start: object) -> bool:

@@ -23,6 +23,7 @@ from .locate import by_condition, by_frequency, by_port, by_signal, pooled
 from .replay import BoolArray, Replay
 from .robust import misfit
 from .split import held_out_of
+from .strained import without_strained
 from .tolerance import without_traces
 from .verdict import (
     HELPS,
@@ -71,7 +72,7 @@ def diagnose_cylinder(
         competition, odd = without_stand_ins(competition, fitter)
         competition, alike = without_coincidence(competition, fitter)
         remarks = [_stand_in(one) for one in odd] + ([_coincide(alike)] if alike else [])
-        for sort_out in (without_unclear, without_traces, _without_unsure):
+        for sort_out in (without_strained, without_unclear, without_traces, _without_unsure):
             competition, said = sort_out(competition, fitter)
             remarks += said
     return _assemble(replay, fitter, competition, remarks, no_gap, source, drive_name)

@@ -11,12 +11,12 @@ EXCUSED = 0.75  # of the gap must be gone before noise round the loop may excuse
 _WORTH = 0.6  # a further effect must bring the square of the misfit's surplus below this share ...
 _LEAST = 0.04  # ... and lower the square itself by this
 # The square of a normal variable by chance: 1 of 2000 sound constants saves more.
-_STRAINED = 12.0
+STRAINED = 12.0
 
 
 def at_noise(fitter: Fitter, fit: Fit) -> bool:
     """Whether noise and a sound sheet account for what the fit leaves: no effect is needed."""
-    if any(one.saved > _STRAINED and effect_of(one.row, fitter) for one in strains(fit, fitter)):
+    if any(one.saved > STRAINED and effect_of(one.row, fitter) for one in strains(fit, fitter)):
         return False
     left = misfit(fit.judged)
     if left <= AT_FLOOR * fitter.perfect:

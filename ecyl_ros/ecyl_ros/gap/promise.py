@@ -43,6 +43,7 @@ class Promises:
         # What a pull weighs beside the thinned rows, as the sheet is weighed against a cost.
         level = float(np.mean((thin * self._weights) ** 2))
         self._pull_weight = 2.0 * math.sqrt(level * thin.size / fitter.sheet.evidence)
+        self._last: Upon | None = None
 
     def thin(self, fit: Fit) -> FloatArray:
         """What a fit leaves on the thinned rows, and below it its pulls, weighed by their price."""
@@ -50,32 +51,27 @@ class Promises:
         gap = (fit.gap[:, rows] * self._weights).ravel()
         return np.concatenate([gap, self._pull_weight * fit.pulls])
 
-    def _score(self, rest: FloatArray) -> float:
+    def cost(self, rest: FloatArray) -> float:
         """The cost of what is left, in the form of `thin`."""
         size = rest.size - len(self.fitter.sheet)
         pulls = rest[size:] / self._pull_weight
         return self.fitter.sheet.priced(robust_mean_square(rest[:size]), pulls)
 
-    def best(self, base: Fit, started: Sequence[Fit]) -> list[Promise]:
-        """The best start of each set upon `base`, most promising first.
+    def upon(self, base: Fit) -> Upon:
+        """What responses are weighed against upon `base`; worked out once for one base in a row."""
+        if self._last is None or self._last.base is not base:
+            self._last = Upon(self, base)
+        return self._last
 
-        A response counts by what it would leave, were it free in size (and linear), beside what
-        `base` could still do by its own parameters and by the sheet.
-        """
-        basis = self._basis(base)
-        target = self.thin(base)
-        free = target - (basis @ target) @ basis
+    def best(self, base: Fit, started: Sequence[Fit]) -> list[Promise]:
+        """The best start of each set upon `base`, most promising first."""
+        upon = self.upon(base)
         best: dict[frozenset[str], Promise] = {}
         for one in started:
-            response = target - self.thin(one)
-            response -= (basis @ response) @ basis
-            power = float(response @ response)
-            size = float(response @ free) / power if power > 0.0 else 0.0
-            size = min(max(size, 0.0), _LARGEST)
-            score = min(one.fitted, self._score(free - size * response))
+            promise = upon.promise(one)
             key = frozenset(one.names)
-            if key not in best or score < best[key].score:
-                best[key] = Promise(score, size, one, base)
+            if key not in best or promise.score < best[key].score:
+                best[key] = promise
         return sorted(best.values(), key=lambda one: one.score)
 
     def sized(self, promise: Promise) -> Fit:
@@ -94,7 +90,7 @@ class Promises:
 
         library: starts and fits of single effects upon the sheet alone. most: so many sets.
         """
-        target, basis = self.thin(self.null), self._basis(self.null)
+        target, basis = self.thin(self.null), self.basis(self.null)
         responses = np.array([target - self.thin(one) for one in library])
         responses -= (responses @ basis.T) @ basis
         target = target - (basis @ target) @ basis
@@ -122,7 +118,7 @@ class Promises:
                     )
         return sorted(found.values(), key=lambda pair: pair[0])[:most]
 
-    def _basis(self, fit: Fit) -> FloatArray:
+    def basis(self, fit: Fit) -> FloatArray:
         """Orthonormal directions in which the fit can still move, each in the form of `thin`.
 
         The sheet's are held back by their price, which stands at the end of each.
@@ -137,3 +133,29 @@ class Promises:
         rows = np.concatenate([(slopes * self._weights).reshape(count, -1), priced], axis=1)
         basis: FloatArray = np.ascontiguousarray(np.linalg.qr(rows.T)[0].T)
         return basis
+
+
+class Upon:
+    """What `base` leaves, less what it could still do by its own parameters and by the sheet."""
+
+    def __init__(self, promises: Promises, base: Fit) -> None:
+        self.base, self._promises = base, promises
+        self._basis = promises.basis(base)
+        self._target = promises.thin(base)
+        self.free = self._without(self._target)
+
+    def _without(self, values: FloatArray) -> FloatArray:
+        return values - (self._basis @ values) @ self._basis
+
+    def response(self, fit: Fit) -> FloatArray:
+        """Of a start, less what the base could do as well; `free` is what it is held against."""
+        return self._without(self._target - self._promises.thin(fit))
+
+    def promise(self, fit: Fit) -> Promise:
+        """What a start would leave, were it free in size (and linear)."""
+        response = self.response(fit)
+        power = float(response @ response)
+        size = float(response @ self.free) / power if power > 0.0 else 0.0
+        size = min(max(size, 0.0), _LARGEST)
+        left = self._promises.cost(self.free - size * response)
+        return Promise(min(fit.fitted, left), size, fit, self.base)
