@@ -62,11 +62,14 @@ def compete(fitter: Fitter, nominal: Fit, names: Sequence[str], report: Report) 
 
 def _compete(field: Candidates, nominal: Fit, report: Report) -> Competition:
     fitter, null = field.fitter, field.null
+    fitter.test_floor(null)
     if null is not nominal and at_noise(fitter, null):
         return Competition(nominal, null, (), null, (), {})
     if field.shaken_loose():
         fitter.replay.shake()
     singles = field.singles(lambda share: report("single effects", 0.05 + 0.55 * share))
+    if singles:
+        fitter.test_floor(singles[0])
     winner = null
     rivals: list[Fit] = []
     pool = list(singles)
@@ -80,6 +83,7 @@ def _compete(field: Candidates, nominal: Fit, report: Report) -> Competition:
         report(f"sets of {size}", 0.5 + 0.1 * size)
         fitted = field.larger(firsts, singles)
         report(f"sets of {size}", 0.6 + 0.1 * size)
+        fitter.test_floor(fitted[0])
         pool += fitted
         best = field.settled(field.simplified(fitted[0]))
         if not earns(fitter, best, winner):

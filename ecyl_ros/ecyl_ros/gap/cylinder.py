@@ -60,6 +60,7 @@ def diagnose_cylinder(
     fitter = Fitter(replay, held_out_of(replay.time_s, replay.gap({}), replay.usable))
     nominal = fitter.nominal
     tell(0.02)
+    fitter.test_floor(nominal)
     no_gap = at_floor(nominal, replay)
     remarks: list[str] = []
     if no_gap:

@@ -27,6 +27,7 @@ from .stages import FINE, Stage
 Values = dict[str, dict[str, float]]  # {effect: {parameter: value}}
 
 _NOISIEST = 4.0  # times a perfect model's misfit: no effect excuses more
+_REFUTED = 0.5  # of a perfect model's cost: one draw of impacts hardly leaves twice another's
 _AMPLIFIED = 1.2  # times a perfect model's misfit: from here on noise counts as amplified
 CONVERGED = 0.02  # fall of the objective below which a fit has ended
 
@@ -93,8 +94,21 @@ class Fitter:
         self.sheet = Sheet.of(replay.nominal, float(replay.time_s[-1]))
         self.held = held & replay.usable
         self.rows = ~held & replay.usable
-        # Robust misfit of a perfect model: 0.92 for white noise at the floor.
-        self.perfect = math.sqrt(max(cost(replay.healthy, replay.usable), 0.85))
+        self.perfect = self._perfect()
+
+    def _perfect(self) -> float:
+        """Robust misfit of a perfect model: 0.92 for white noise at the floor."""
+        return math.sqrt(max(cost(self.replay.healthy, self.replay.usable), 0.85))
+
+    def test_floor(self, fit: Fit) -> None:
+        """Find the floor anew where a fit leaves far less than it: noise is not in the loop then.
+
+        How much of the sensors' noise goes round the loop is told by the command; where that was
+        not recorded, all of it is reckoned with until a recording says otherwise.
+        """
+        if self.replay.noise_in_loop and fit.left < _REFUTED * self.perfect**2:
+            self.replay.keep_noise_out_of_the_loop()
+            self.perfect = self._perfect()
 
     @cached_property
     def nominal(self) -> Fit:

@@ -427,6 +427,12 @@ class Replay:
         """Whether enough of the stated noise goes round the recorded loop to be reckoned with."""
         return self.loop_share >= _LOUD and any(declared_noise(self.nominal).values())
 
+    def keep_noise_out_of_the_loop(self) -> None:
+        """From now on reckon with noise of the recording alone."""
+        self.loop_share = 0.0
+        self.calm()
+        self.healthy = self.healthy_with({})
+
     def shake(self) -> None:
         """From now on simulate with noise in the loop.
 

@@ -22,11 +22,11 @@ def without_strained(competition: Competition, fitter: Fitter) -> tuple[Competit
     if misfit(winner.left) > AT_FLOOR * fitter.perfect_with(winner.values):
         return competition, []
     found = [one for one in strains(winner, fitter) if effect_of(one.row, fitter)]
-    if not winner.names or not found or found[0].saved <= STRAINED:
+    if not found or found[0].saved <= STRAINED:
         return competition, []
     off = float(winner.pulls[found[0].row])
-    said = (
-        f"{' and '.join(winner.names)} would leave {fitter.sheet.keys[found[0].row]} {off:+.1f} "
-        "tolerances off its data sheet: something else is at fault"
-    )
+    where = f"{fitter.sheet.keys[found[0].row]} {off:+.1f} tolerances off its data sheet"
+    if not winner.names:
+        return competition, [f"the gap would be gone with {where}, and no named cause does as well"]
+    said = f"{' and '.join(winner.names)} would leave {where}: something else is at fault"
     return without_effects(competition, fitter, winner.names), [said]
