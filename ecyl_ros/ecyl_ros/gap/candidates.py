@@ -27,12 +27,13 @@ _STARTS_IN_SETS = 2
 _KEPT_SINGLES = 9
 _POLISHED_SINGLES = 2
 _SETTLING = 3  # polishes at the most
-_POLISHING = 5  # derivatives at the most in each stage; a fit that has ended takes fewer
+_POLISHING = 8  # steps at the most in each stage; a fit that has ended takes fewer
 _KEPT_SETS = 6
 _LEADERS = 4  # that approach first; the others have to promise not to be left behind by them
 # Times the best cost of those that approached: closing in takes a tenth off it, and nobody in the
 # sealed study has come to the front from further behind.
 _BEHIND = 3.0
+_BETTER = 0.9  # of the cost of the sheet alone, from where another fit of it is taken
 _CLOSE = 2.0  # times the best cost: a runner-up that finer fits may still put first
 _SEARCHED_SETS = 3
 _FURTHER_SETS = 3  # searched besides where they promised less than the best search left
@@ -40,7 +41,7 @@ _TOGETHER = 0.7  # of the cost alone: a set of two that promises to be a pair
 _KEPT_RESPONSES = 4  # further sets from responses added up
 _KEPT_JOINED = 4  # and from single effects in shares of their sizes
 _SHAKEN_LOOSE = 0.8  # times the least cost of a silent replay
-_SHEET_STEPS = 5  # derivatives of the sheet alone at the most, in each stage
+_SHEET_STEPS = 12  # of the sheet alone at the most, in each stage
 
 Job = TypeVar("Job")
 Found = TypeVar("Found")
@@ -57,10 +58,28 @@ class Candidates:
         self.fitter = fitter
         self.names = list(names)
         self._threads = threads
-        self.null = sheet_alone(fitter, _SHEET_STEPS, threads.map)
+        self._found_null(sheet_alone(fitter, fitter.nominal, _SHEET_STEPS, threads.map))
+
+    def _found_null(self, null: Fit) -> None:
+        self.null = null
         self.library: list[Fit] = []
-        self._promises = Promises(fitter, self.null)
-        self._beginnings = Beginnings(fitter, self._promises, threads.map)
+        self._promises = Promises(self.fitter, null)
+        self._beginnings = Beginnings(self.fitter, self._promises, self._threads.map)
+
+    def sheet_from(self, fit: Fit) -> bool:
+        """Whether the sheet alone does better from where a constant's effect has led it.
+
+        A constant that is as good as free finds ways that the sheet, held back by its price, has
+        missed. What comes of it takes the place of `null`.
+        """
+        if not fit.names or any(CATALOGUE[name].constant is None for name in fit.names):
+            return False
+        start = self.fitter.without(fit, fit.names)
+        found = sheet_alone(self.fitter, start, _SHEET_STEPS, self._threads.map)
+        if found.fitted > _BETTER * self.null.fitted:
+            return False
+        self._found_null(found)
+        return True
 
     def map(self, work: Callable[[Job], Found], jobs: Iterable[Job]) -> list[Found]:
         """Do work side by side."""

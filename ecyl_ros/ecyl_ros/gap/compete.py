@@ -61,13 +61,18 @@ def compete(fitter: Fitter, nominal: Fit, names: Sequence[str], report: Report) 
 
 
 def _compete(field: Candidates, nominal: Fit, report: Report) -> Competition:
-    fitter, null = field.fitter, field.null
-    fitter.test_floor(null)
-    if null is not nominal and at_noise(fitter, null):
-        return Competition(nominal, null, (), null, (), {})
+    fitter = field.fitter
+    fitter.test_floor(field.null)
+    if field.null is not nominal and at_noise(fitter, field.null):
+        return Competition(nominal, field.null, (), field.null, (), {})
     if field.shaken_loose():
         fitter.replay.shake()
-    singles = field.singles(lambda share: report("single effects", 0.05 + 0.55 * share))
+    singles = field.singles(lambda share: report("single effects", 0.05 + 0.4 * share))
+    if singles and field.sheet_from(singles[0]):
+        if at_noise(fitter, field.null):
+            return Competition(nominal, field.null, (), field.null, (), {})
+        singles = field.singles(lambda share: report("single effects", 0.45 + 0.15 * share))
+    null = field.null
     if singles:
         fitter.test_floor(singles[0])
     winner = null

@@ -16,12 +16,12 @@ _ALONE = 2  # times the derivatives of a fit that has no constants beside it: th
 _PRICE_MATTERS = 3.0  # times a perfect model's cost
 
 
-def sheet_alone(fitter: Fitter, steps: int, side_by_side: Map) -> Fit:
-    """The nominal model with its constants fitted, from coarse to fine.
+def sheet_alone(fitter: Fitter, start: Fit, steps: int, side_by_side: Map) -> Fit:
+    """The model without effects with its constants fitted from `start`, from coarse to fine.
 
-    steps: derivatives at the most in each stage.
+    steps: at the most in each stage.
     """
-    best = fitter.nominal
+    best = start
     slopes: dict[Stage, FloatArray] = {}
     for stage in (COARSE, MEDIUM, FINE, EXACT):
         best = fitter.fit(best, steps=steps, stage=stage, side_by_side=side_by_side)
@@ -84,7 +84,7 @@ def _least(fitter: Fitter) -> float:
 def polish(fitter: Fitter, start: Fit, steps: int) -> Fit:
     """Fit to the end, with the parameters that only shape an effect.
 
-    steps: derivatives at the most in each stage.
+    steps: at the most in each stage.
     """
     best = shaped(fitter, start)
     free = bool(fitter.sheet.free(start.values).any())

@@ -184,11 +184,11 @@ class Fitter:
         known: Fit | None = None,
         side_by_side: Map = map,
     ) -> Fit:
-        """Fit from `start`, with at most `steps` derivatives; see `newton`.
+        """Fit from `start`, in at most `steps` steps; see `newton`.
 
         Args:
             start: where to begin.
-            steps: derivatives at the most.
+            steps: at the most.
             nuisances: fit the parameters that only shape an effect (a friction's presliding) too;
                 phases always are.
             stage: how it looks at the gap.

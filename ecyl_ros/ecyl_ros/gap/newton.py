@@ -20,6 +20,7 @@ from .robust import robust_mean_square, robust_weights
 
 # Levenberg's damping, tried in turn until a step leaves less; steps that come near need none.
 _DAMPING = (0.0, 1e-2, 0.1, 1.0, 10.0)
+_KEPT_PROMISE = 0.75  # share of the promised fall from which derivatives that last are kept
 _GOOD_STEP = 0.25  # share of the promised fall from which the next damping is not tried
 
 Map = Callable[[Callable[[int], FloatArray], Iterable[int]], Iterable[FloatArray]]
@@ -114,7 +115,7 @@ def descend(
                 break
         if gained <= least and (fresh or promised <= least):
             return True
-        fresh = gained < _GOOD_STEP * promised
+        fresh = gained < _KEPT_PROMISE * promised
         point, residual, value = there, left, value - gained
     return False
 
