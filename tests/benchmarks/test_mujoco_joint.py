@@ -64,8 +64,8 @@ def test_a_drive_file_s_values_are_where_the_fit_begins(
 ) -> None:
     """The start asks for the file's effort, M a + d v + F + k q + C, wherever the spring is."""
     import sysid_peer
-    from ecyl_ros.drive.rigid.machine_file import load_machine
 
+    from ecyl_ros.drive.rigid.machine_file import load_machine
     from ecyl_ros.recording.signals import Recording
 
     monkeypatch.delitem(sys.modules, "sysid_peer")

@@ -23,7 +23,7 @@ FRICTION = {"rotor_coulomb_friction": {"coulomb_nm": 0.1}}
 SECONDS = 12.0
 
 
-def _with_rests(effects) -> Recording:
+def _with_rests(effects, noise: float = 1.0) -> Recording:
     """A run of the emulated drive, sensor noise in its loop: moves of 0.3 s, rests of 1.2 s."""
     rate = DRIVE.sample_rate
     wanted = np.zeros((round(SECONDS * rate) + 1, 2))
@@ -36,7 +36,12 @@ def _with_rests(effects) -> Recording:
             position, velocity, _ = leg.at_time(index / rate)
             wanted[begin + index] = position[0], velocity[0]
         place = goal
-    sensors = dataclasses.replace(DRIVE.sensors, noise_seed=11)
+    stated = {
+        one.name: noise * getattr(DRIVE.sensors, one.name)
+        for one in dataclasses.fields(DRIVE.sensors)
+        if one.name.endswith("_noise")
+    }
+    sensors = dataclasses.replace(DRIVE.sensors, **stated, noise_seed=11)
     drive = dataclasses.replace(DRIVE, effects=effects, sensors=sensors)
     run = simulate(drive, lambda index: (wanted[index, 0], wanted[index, 1]), SECONDS)
     return simulation_recording(run, drive)
@@ -91,3 +96,29 @@ def test_friction_that_noise_shakes_loose_is_named(stuck: Recording) -> None:
     assert [one.effect for one in result.causes] == ["rotor_coulomb_friction"]
     assert result.verdict == "explained" and result.shrink > 0.9
     assert result.causes[0].parameters[0].value == pytest.approx(0.1, rel=0.02)
+
+
+def test_a_fit_far_below_the_floor_says_that_no_noise_is_in_the_loop() -> None:
+    """Without a recorded command all noise counts as in the loop, until the model fits better."""
+    silent_run = _with_rests({}, noise=0.0)
+    rng = np.random.default_rng(2)
+    # So much noise of the speed would move rotor and rod by many times their own noise.
+    loud = 30.0 * DRIVE.sensors.rotor_velocity_noise
+    sensors = dataclasses.replace(DRIVE.sensors, rotor_velocity_noise=loud)
+    drive = dataclasses.replace(DRIVE, sensors=sensors)
+    noisy = {
+        "rotor_position_rad": sensors.rotor_position_noise,
+        "rotor_velocity_rad_per_s": sensors.rotor_velocity_noise,
+        "current_q_a": sensors.current_noise,
+    }
+    columns = {
+        name: getattr(silent_run, name) + std * rng.standard_normal(len(silent_run))
+        for name, std in noisy.items()
+    }
+    gone = np.full(len(silent_run), np.nan)
+    recording = dataclasses.replace(silent_run, **columns, voltage_q_v=gone)
+    replay = Replay(recording, drive, "quiet")
+    fitter = Fitter(replay, held_out(replay.time_s))
+    assert replay.noise_in_loop and fitter.perfect > 1.4
+    fitter.test_floor(fitter.nominal)
+    assert not replay.noise_in_loop and fitter.perfect < 1.0

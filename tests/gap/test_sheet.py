@@ -12,8 +12,10 @@ from sheets import exact
 from ecyl_ros.effects.catalogue import CATALOGUE
 from ecyl_ros.gap.diagnose import diagnose
 from ecyl_ros.gap.fit import Fit
+from ecyl_ros.gap.gram import weighted_products
 from ecyl_ros.gap.sheet import Sheet
 from ecyl_ros.gap.strain import strains
+from ecyl_ros.gap.strained import strained
 from ecyl_ros.gap.study.case import Case
 from ecyl_ros.gap.study.cylinder.cases import record_case, stated
 from ecyl_ros.gap.study.cylinder.sheet import true_constants
@@ -72,6 +74,9 @@ class _Fitter:
         self.sheet = sheet(motor__torque_constant=0.1, load__inertia=0.1, motor__resistance=0.1)
         self.rows = np.ones(rows, dtype=bool)
 
+    def perfect_with(self, values: object) -> float:
+        return 1.0
+
 
 def test_a_shared_fault_is_laid_to_the_constant_whose_freedom_saves_all() -> None:
     """Torque constant and inertia show their difference alone; resistance shows by itself.
@@ -95,6 +100,32 @@ def test_a_shared_fault_is_laid_to_the_constant_whose_freedom_saves_all() -> Non
         assert found[name].pulls[order[other]] == pytest.approx(0.0, abs=0.05)
         assert abs(found[name].pull) == pytest.approx(6.0, rel=0.01)
     assert found["resistance"].saved == pytest.approx(4.0, rel=0.01)
+
+
+@pytest.mark.parametrize(
+    ("pull", "left", "name"),
+    [(6.0, 1.0, "resistance"), (1.0, 1.0, None), (6.0, 9.0, None)],
+)
+def test_at_the_noise_floor_a_constant_far_off_its_sheet_is_strained(pull, left, name) -> None:
+    """6 tolerances off where noise accounts for the rest; not 1, nor where structure is left."""
+    fitter = _Fitter(3000)
+    jacobian = np.zeros((3, 3000))
+    row = [key.split(".")[1] for key in fitter.sheet.keys].index("resistance")
+    jacobian[row] = 50.0
+    pulls = np.zeros(3)
+    pulls[row] = pull
+    fit = Fit({}, pulls, np.full((1, 3000), 0.5), 1.0, 1.0, left, (), (0, 1, 2), jacobian)
+    found = strained(fit, fitter)
+    assert (found and fitter.sheet.keys[found.row].split(".")[1]) == name
+
+
+def test_products_of_long_rows_are_those_of_numpy() -> None:
+    """Any length, also one that is no multiple of a block."""
+    rng = np.random.default_rng(3)
+    rows, weights, values = rng.random((17, 9001)), rng.random(9001), rng.random(9001)
+    gram, along = weighted_products(rows, weights, values)
+    np.testing.assert_allclose(gram, (rows * weights) @ rows.T, rtol=1e-12)
+    np.testing.assert_allclose(along, rows @ (weights * values), rtol=1e-12)
 
 
 @pytest.mark.slow

@@ -12,6 +12,7 @@ from .compete import Competition
 from .constancy import without_effects
 from .fit import Fit, Fitter
 from .intervals import intervals
+from .strained import strained
 
 
 def unclear(fit: Fit, fitter: Fitter) -> dict[str, str]:
@@ -35,6 +36,20 @@ def unclear(fit: Fit, fitter: Fitter) -> dict[str, str]:
             what = "its tolerance" if open_ > 0.0 else "nothing at all"
             found[name] = f"would come nearer, but its 95 % interval holds {what}"
     return found
+
+
+def without_strained(competition: Competition, fitter: Fitter) -> tuple[Competition, list[str]]:
+    """The competition without a winner that leaves a constant strained, and what to say of it."""
+    winner = competition.winner
+    found = strained(winner, fitter)
+    if found is None:
+        return competition, []
+    off = float(winner.pulls[found.row])
+    where = f"{fitter.sheet.keys[found.row]} {off:+.1f} tolerances off its data sheet"
+    if not winner.names:
+        return competition, [f"the gap would be gone with {where}, and no named cause does as well"]
+    said = f"{' and '.join(winner.names)} would leave {where}: something else is at fault"
+    return without_effects(competition, fitter, winner.names), [said]
 
 
 def without_unclear(competition: Competition, fitter: Fitter) -> tuple[Competition, list[str]]:

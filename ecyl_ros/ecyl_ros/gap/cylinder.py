@@ -11,7 +11,7 @@ from ..drive.stability import check_stability
 from ..effects.catalogue import CATALOGUE
 from ..recording.signals import Recording
 from .block import unnamed_block
-from .clear import without_unclear
+from .clear import without_strained, without_unclear
 from .coincidence import Coincidence, without_coincidence
 from .compete import Competition, compete
 from .constancy import Inconstancy, without_effects, without_stand_ins
@@ -23,7 +23,6 @@ from .locate import by_condition, by_frequency, by_port, by_signal, pooled
 from .replay import BoolArray, Replay
 from .robust import misfit
 from .split import held_out_of
-from .strained import without_strained
 from .tolerance import without_traces
 from .verdict import (
     HELPS,

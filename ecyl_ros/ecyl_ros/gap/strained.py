@@ -8,25 +8,15 @@ sheet, too: there the verdict says that something remains.)
 
 from __future__ import annotations
 
-from .compete import Competition
-from .constancy import without_effects
 from .earn import AT_FLOOR, STRAINED
-from .fit import Fitter
+from .fit import Fit, Fitter
 from .robust import misfit
-from .strain import effect_of, strains
+from .strain import Strain, effect_of, strains
 
 
-def without_strained(competition: Competition, fitter: Fitter) -> tuple[Competition, list[str]]:
-    """The competition without a winner that leaves a constant strained, and what to say of it."""
-    winner = competition.winner
-    if misfit(winner.left) > AT_FLOOR * fitter.perfect_with(winner.values):
-        return competition, []
-    found = [one for one in strains(winner, fitter) if effect_of(one.row, fitter)]
-    if not found or found[0].saved <= STRAINED:
-        return competition, []
-    off = float(winner.pulls[found[0].row])
-    where = f"{fitter.sheet.keys[found[0].row]} {off:+.1f} tolerances off its data sheet"
-    if not winner.names:
-        return competition, [f"the gap would be gone with {where}, and no named cause does as well"]
-    said = f"{' and '.join(winner.names)} would leave {where}: something else is at fault"
-    return without_effects(competition, fitter, winner.names), [said]
+def strained(fit: Fit, fitter: Fitter) -> Strain | None:
+    """The constant that a fit at the noise floor leaves strained; None where there is none."""
+    if misfit(fit.left) > AT_FLOOR * fitter.perfect_with(fit.values):
+        return None
+    found = [one for one in strains(fit, fitter) if effect_of(one.row, fitter)]
+    return found[0] if found and found[0].saved > STRAINED else None
