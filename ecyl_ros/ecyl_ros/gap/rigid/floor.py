@@ -104,13 +104,3 @@ def _extrapolated(found: Pairs, values: FloatArray) -> float | None:
     least = 0.25 * halves[0]
     value = intercept if slope > 0.0 else float(np.mean(halves))
     return math.sqrt(max(value, least))
-
-
-def white_floor(balance: Balance, effort_noise: float | None) -> float:
-    """Standard deviation of white noise within the band: stated, or from above the band."""
-    motion = balance.motion
-    share = min(2.0 * motion.bandwidth_hz / motion.rate_hz, 1.0)
-    if effort_noise is not None:
-        return effort_noise * math.sqrt(share)
-    second = np.diff(motion.effort[motion.usable], 3)
-    return 1.4826 * float(np.median(np.abs(second))) / math.sqrt(20.0) * math.sqrt(share)

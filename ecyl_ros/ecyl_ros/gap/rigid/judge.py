@@ -27,7 +27,7 @@ from ..verdict import (
 from .balance import Balance, Solution
 from .certainty import Certainty
 from .contest import Contest
-from .floor import white_floor
+from .noise import measurement_noise
 from .terms import Catalogue
 from .void import SHEET, SILENT, why_not
 
@@ -88,7 +88,7 @@ class Judgement:
     ) -> None:
         self.balance, self.catalogue, self.contest = balance, catalogue, contest
         self.floor, self.floor_is = floor, floor_is
-        self.white = white_floor(balance, None)
+        self.white = measurement_noise(catalogue, contest.base)
         self.machine, self.motion = catalogue.machine, balance.motion
         self.units = catalogue.units
         judged = balance.judged if balance.judged.any() else balance.usable

@@ -50,6 +50,7 @@ class Motion(Course):
             known.
         mode: NaN where not recorded.
         position_noise: standard deviation of the position's noise.
+        by_speed: whether speed and acceleration come from the recorded speed.
         standing: share of the motion over which the effort stood still, as it can not.
         bandwidth_hz: of the comparison; `position` is low-passed at 2.5 times that. step: samples
             of the grid per compared sample.
@@ -61,6 +62,7 @@ class Motion(Course):
     other_effort: FloatArray
     mode: FloatArray
     position_noise: float
+    by_speed: bool
     standing: float
     bandwidth_hz: float
     step: int
@@ -167,6 +169,7 @@ def motion_of(
     bandwidth = min(bandwidth, 0.4 * rate)
     cutoff = min(DERIVATIVE * bandwidth, 0.45 * rate)
     sos = butter(ORDER, cutoff, fs=rate, output="sos")
+    by_speed = from_speed
     if from_speed:
         velocity = low_passed(sos, bridged(recorded, known))
         smooth = position
@@ -178,6 +181,7 @@ def motion_of(
         told = told_by_speed(
             recorded, velocity, usable, rate, spread, machine, bandwidth, effort, cutoff
         )
+        by_speed = told is not None
         if told is not None:
             bandwidth, cutoff, spread = told
             sos = butter(ORDER, cutoff, fs=rate, output="sos")
@@ -206,6 +210,7 @@ def motion_of(
         usable=eroded(usable, settle),
         rate_hz=rate,
         position_noise=noise,
+        by_speed=by_speed,
         speed_noise=spread,
         standing=stood,
         bandwidth_hz=bandwidth,
