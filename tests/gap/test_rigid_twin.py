@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import re
 from pathlib import Path
 
 import numpy as np
@@ -66,7 +67,11 @@ def test_a_twin_of_a_linear_drive_leaves_no_gap(tmp_path, fault) -> None:
     else:
         assert second.verdict == "no_gap", second.signals[0]
     text = (tmp_path / "twin.yaml").read_text(encoding="utf-8")
-    assert text.startswith(HEAD % "linear" + body.rstrip("\n"))
+    mass = re.search(r"mass: ([0-9.]+)", text)
+    assert mass is not None
+    assert fault == "inertia" or float(mass[1]) == pytest.approx(20.0, rel=5e-3)
+    as_before = text.replace(mass[0], "mass: 20.0", 1)
+    assert as_before.startswith(HEAD % "linear" + body.rstrip("\n"))
 
 
 @pytest.mark.parametrize(
@@ -177,3 +182,31 @@ def test_the_page_has_the_table_of_effects() -> None:
     page = Path(__file__).parents[2] / "docs" / "drive-file.md"
     assert effects_table() in page.read_text(encoding="utf-8")
     assert all(f"`{name}`" in effects_table() for name in RIGID)
+
+
+def test_constants_within_their_tolerance_go_into_the_twin(tmp_path) -> None:
+    """Cogging on a machine 5 % above its sheet: keys, sheet and replay follow."""
+    drag = 20.0 * M.a + 42.0 * M.v + 4.3 * S
+    recording = recorded(
+        M, 1.05 * drag + 12.0 * np.sin(2.0 * np.pi * M.q / 0.01), LINEAR, 0.3, 1e-6
+    )
+    body = (
+        "    actuation: {signal: force}\n"
+        "    load: {mass: 20.0, viscous_friction: 42.0, coulomb_friction: 4.3}\n"
+        "    tolerances: {load.mass: 0.1, load.viscous_friction: 0.2, load.coulomb_friction: 0.2}\n"
+    )
+    first, second = _twin(tmp_path, recording, body)
+    assert [one.effect for one in first.causes] == ["cogging_torque"]
+    found = {one.parameter: one for one in first.sheet}
+    twin = load_machine(tmp_path / "twin.yaml")
+    for key, true, written in (
+        ("load.mass", 21.0, twin.inertia),
+        ("load.viscous_friction", 44.1, twin.viscous),
+        ("load.coulomb_friction", 4.515, twin.coulomb),
+    ):
+        assert written == pytest.approx(true, rel=0.01)
+        assert found[key].value == pytest.approx(written)
+        assert found[key].low <= true <= found[key].high
+    assert [one.name for one in twin.effects] == ["cogging_torque"]
+    assert second.verdict == "no_gap"
+    assert first.after < 1.15 * first.floor

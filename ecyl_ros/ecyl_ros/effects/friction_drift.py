@@ -86,6 +86,7 @@ RIGID = RigidForm(
     ),
     term=term,
     tried=lambda along, left: [()] if along.both_ways else [],
+    untold=lambda along, left: [] if along.both_ways else [()],
     coefficients=lambda values: (values["coulomb"], values["coulomb"] * values["rate"]),
     void=lambda fitted: at_bound(fitted) or holds_nothing(fitted.spans[1]),
 )

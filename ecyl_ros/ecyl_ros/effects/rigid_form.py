@@ -66,6 +66,8 @@ class RigidForm:
         stems: its values.
         term: what it asks along a motion, of a shape. tried: shapes to try beside what a set of
             terms leaves.
+        untold: shapes that do not compete, for this motion does not tell them from simpler effects,
+            but that may look like the term of another.
         modify: the model with an effect of these values.
         coefficients: or else those of its term; shape: of that, beside an effort of float64[n].
         of_effort: what is asked for is in proportion to the whole effort, itself included.
@@ -86,6 +88,7 @@ class RigidForm:
     stems: tuple[Stem, ...]
     term: Callable[..., Term]
     tried: Callable[[Along, Left], Sequence[Shape]] = lambda along, left: [()]
+    untold: Callable[[Along, Left], Sequence[Shape]] = lambda along, left: ()
     modify: Callable[[Model, Values], Model] | None = None
     coefficients: Callable[[Values], Sequence[float]] | None = None
     shape: Callable[[Along, Values, FloatArray], Shape] = lambda along, values, effort: ()

@@ -17,7 +17,7 @@ from ..drive.drive_file import drive_to_flat, resolve_drive
 from ..drive.model_file import load_model
 from ..drive.parameters import DriveParameters
 from ..drive.rigid.effects_file import as_file
-from ..drive.rigid.machine import Machine, same_machine
+from ..drive.rigid.machine import KEYS, Machine, same_machine
 from ..drive.rigid.units import Units
 from ..drive.tolerances import with_constants
 from ..effects.catalogue import CATALOGUE
@@ -25,6 +25,7 @@ from ..errors import InputError
 from ..recording.atomic import replacing
 from .diagnosis import Diagnosis
 from .drive_text import Effects, add_effects, before_effects, with_values
+from .rigid.closest import WRITTEN
 
 _DIGITS = 9
 
@@ -107,7 +108,16 @@ def _rigid(diagnosis: Diagnosis, nominal: Machine) -> _Twin:
         for name, values in as_file(machine.effects, units, machine.lead).items()
     }
 
+    constants = {
+        key: _digits(getattr(machine, KEYS[key].field))
+        for key in WRITTEN
+        if getattr(nominal, KEYS[key].field) is not None
+        and (key != "load.mass" if not machine.linear else key != "load.inertia")
+        and getattr(machine, KEYS[key].field) != getattr(nominal, KEYS[key].field)
+    }
+
     def written(text: str) -> str:
+        text = with_values(text, dict(constants))
         text = add_effects(text, effects, _remarks(diagnosis))
         if nominal.inertia is None and machine.inertia is not None:
             key = "load.mass" if machine.linear else "load.inertia"

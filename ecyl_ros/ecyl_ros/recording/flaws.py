@@ -248,10 +248,10 @@ def _noise_rests(own: _Runs, begin: int, end: int) -> bool:
         return False
     sides = [own.values[max(0, begin - _BESIDE) : begin], own.values[end : end + _BESIDE]]
     judged = [side for side in sides if side.size >= _SHORTEST]
-    return bool(judged) and all(_noise(side) >= _NOISE_STEPS * own.finest for side in judged)
+    return bool(judged) and all(white_noise(side) >= _NOISE_STEPS * own.finest for side in judged)
 
 
-def _noise(side: FloatArray) -> float:
+def white_noise(side: FloatArray) -> float:
     """Standard deviation of the white noise in some samples; 0 where they run smoothly.
 
     Of white noise three in four third differences have the other sign than the one before, of a

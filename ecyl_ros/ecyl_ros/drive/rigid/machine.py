@@ -174,7 +174,8 @@ def same_machine(one: Machine, other: Machine) -> bool:
 
     In any order of their effects.
     """
-    plain: dict[str, Any] = {"effects": (), "effects_unit": None, "inertia": None}
+    constants = ("inertia", "viscous", "coulomb", "constant")
+    plain: dict[str, Any] = {"effects": (), "effects_unit": None, **dict.fromkeys(constants)}
     if dataclasses.replace(one, **plain) != dataclasses.replace(other, **plain):
         return False
     pairs = zip(_values(one), _values(other), strict=False)
@@ -189,4 +190,5 @@ def _values(machine: Machine) -> list[tuple[str, float]]:
     found = [
         (f"{one.name}.{key}", one.values[key]) for one in effects for key in sorted(one.values)
     ]
-    return [("inertia", machine.inertia or 0.0), *found]
+    constants = ("inertia", "viscous", "coulomb", "constant")
+    return [*((name, getattr(machine, name) or 0.0) for name in constants), *found]

@@ -13,6 +13,7 @@ from scipy.stats import t as student
 
 from ...effects.term import Interval, Term
 from ..diagnosis import BoolArray, FloatArray
+from ..sheet import EVIDENCE_PER_S
 from ..split import STRETCH_S
 from .motion import Motion
 from .rest import at_rest
@@ -33,6 +34,9 @@ class Solution:
         terms: in the order of the coefficients.
         coefficients: float64[k]. residual: float64[m], all compared samples. weights: float64[m]
             of the robust loss. scale: robust standard deviation of the residual on the fitted rows.
+        prior: float64[k], one over the standard deviation that a coefficient is known with about
+            0 beforehand; 0 where nothing is. share: squared residuals that the square of a
+            coefficient over that counts as.
     """
 
     terms: tuple[Term, ...]
@@ -40,6 +44,8 @@ class Solution:
     residual: FloatArray
     weights: FloatArray
     scale: float
+    prior: FloatArray
+    share: float
 
     def of(self, term: Term) -> FloatArray:
         """The coefficients of one term."""
@@ -49,6 +55,15 @@ class Solution:
             if one is term:
                 return self.coefficients[at : at + size]
             at += size
+        raise KeyError(term.key)
+
+    def known(self, term: Term) -> bool:
+        """Whether a term was fitted as a constant that is known beforehand."""
+        at = 0
+        for one in self.terms:
+            if one is term:
+                return bool(self.prior[at] > 0.0)
+            at += one.columns.shape[0]
         raise KeyError(term.key)
 
     def rms(self, rows: BoolArray) -> float:
@@ -124,22 +139,34 @@ class Balance:
         return np.concatenate(made).T
 
     def fit(
-        self, terms: Sequence[Term], rows: BoolArray | None = None, rounds: int = _ROUNDS
+        self,
+        terms: Sequence[Term],
+        rows: BoolArray | None = None,
+        rounds: int = _ROUNDS,
+        prior: FloatArray | None = None,
     ) -> Solution:
-        """Robust least squares (Cauchy loss by reweighting) within the terms' bounds."""
+        """Robust least squares (Cauchy loss by reweighting) within the terms' bounds.
+
+        prior: see `Solution`; the price of a data sheet, (2 pull)^2, against the evidence of the
+        recording (see `gap.sheet`).
+        """
         rows = self.fitted if rows is None else rows
         columns = self.columns(terms)
         low = np.array([value for one in terms for value in one.low])
         weights = np.ones(self.target.size)
         coefficients = np.zeros(columns.shape[1])
+        prior = np.zeros(columns.shape[1]) if prior is None else prior
+        share = 0.0
         residual = self.target
         scale = _scale(residual[rows])
         for _ in range(rounds if terms else 0):
-            coefficients = _solve(columns[rows], self.target[rows], weights[rows], low)
+            share = scale**2 * max(self.motion.rate_hz / self.motion.step / EVIDENCE_PER_S, 1.0)
+            ridge = prior**2 * share
+            coefficients = _solve(columns[rows], self.target[rows], weights[rows], low, ridge)
             residual = self.target - columns @ coefficients
             scale = _scale(residual[rows])
             weights = 1.0 / (1.0 + (residual / (_LOSS * scale)) ** 2)
-        return Solution(tuple(terms), coefficients, residual, weights, scale)
+        return Solution(tuple(terms), coefficients, residual, weights, scale, prior, share)
 
     def costs(self, solution: Solution, scale: float, rows: BoolArray) -> FloatArray:
         """Robust squared residual of each stretch among `rows`: mean over its samples."""
@@ -179,12 +206,16 @@ class Balance:
         columns = self.columns(solution.terms)[rows]
         weights = solution.weights[rows]
         residual = solution.residual[rows]
-        inverse = np.linalg.pinv((columns * weights[:, None]).T @ columns, hermitian=True)
+        gram = (columns * weights[:, None]).T @ columns
+        ridge = solution.prior**2 * solution.share
+        inverse = np.linalg.pinv(gram + np.diag(ridge), hermitian=True)
         labels = np.unique(self.stretch[rows], return_inverse=True)[1]
         count = int(labels.max()) + 1
         scores = np.zeros((count, columns.shape[1]))
         np.add.at(scores, labels, columns * (weights * residual)[:, None])
         meat = scores.T @ scores * (count / max(count - 1, 1))
+        # What was known beforehand counts like an observation.
+        meat += np.diag((solution.prior * solution.share) ** 2)
         made = inverse @ meat @ inverse
         white = inverse * solution.scale**2
         grown = np.sqrt(np.maximum(np.diag(white) / np.maximum(np.diag(made), 1e-300), 1.0))
@@ -252,14 +283,21 @@ def _scale(residual: FloatArray) -> float:
 
 
 def _solve(
-    columns: FloatArray, target: FloatArray, weights: FloatArray, low: FloatArray
+    columns: FloatArray,
+    target: FloatArray,
+    weights: FloatArray,
+    low: FloatArray,
+    ridge: FloatArray,
 ) -> FloatArray:
-    """Weighted least squares with lower bounds, by normal equations of scaled columns."""
+    """Weighted least squares with lower bounds, by normal equations of scaled columns.
+
+    ridge: float64[k], what the square of a coefficient costs beside the squared residuals.
+    """
     size = np.sqrt(np.mean(columns**2, axis=0))
     size[size == 0.0] = 1.0
     scaled = columns / size
     weighted = scaled * weights[:, None]
-    gram, aim = weighted.T @ scaled, weighted.T @ target
+    gram, aim = weighted.T @ scaled + np.diag(ridge / size**2), weighted.T @ target
     found: FloatArray = np.linalg.lstsq(gram, aim, rcond=1e-12)[0] / size
     if np.all(found >= low):
         return found

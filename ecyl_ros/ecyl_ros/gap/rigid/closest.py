@@ -11,6 +11,15 @@ from ...effects.along import Along
 from ...effects.catalogue import RIGID
 from .balance import Solution
 
+# Keys whose constants are written in their own place; another gain would count all others anew.
+WRITTEN = (
+    "load.mass",
+    "load.inertia",
+    "load.viscous_friction",
+    "load.coulomb_friction",
+    "load.constant_load",
+)
+
 
 def closest(along: Along, solution: Solution) -> Machine:
     """The nominal machine with the terms of `solution` and their coefficients added.
@@ -20,10 +29,18 @@ def closest(along: Along, solution: Solution) -> Machine:
     """
     machine = along.machine
     found = list(machine.effects)
+    ratio = along.model.ratio + sum(
+        float(solution.of(one)[0]) for one in solution.terms if one.key == "gain"
+    )
     for term in solution.terms:
         values = term.values(solution.of(term))
         key = RIGID[term.effect].constant[not machine.linear]
-        if along.units.own and key and getattr(machine, KEYS[key].field) is None:
+        if solution.known(term) and key in WRITTEN:  # a constant, off its nominal value
+            (value,) = values.values()
+            nominal = getattr(machine, KEYS[key].field)
+            moved: dict[str, Any] = {KEYS[key].field: nominal + value / ratio}
+            machine = dataclasses.replace(machine, **moved)
+        elif along.units.own and key and getattr(machine, KEYS[key].field) is None:
             (value,) = values.values()  # the file left it out: it goes into its own key
             given: dict[str, Any] = {KEYS[key].field: value}
             machine = dataclasses.replace(machine, **given)

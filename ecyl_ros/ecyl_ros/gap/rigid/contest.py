@@ -92,8 +92,10 @@ def _swaps(sets: Sets, chosen: Sequence[Term]) -> dict[str, tuple[tuple[Term, So
             for one in sets.candidates(current, rest)
             if one.effect != out or _elsewhere(sets, one, gone)
         ]
-        twins = sets.catalogue.twins(gone[0], sets.left(current, rest))
-        pool += [one for one in twins if one.effect not in sets.barred]
+        left = sets.left(current, rest)
+        # Nor does a motion that tells an effect from no simpler one say that it does not act.
+        more = [*sets.catalogue.twins(gone[0], left), *sets.catalogue.untold(left)]
+        pool += [one for one in more if one.effect not in {*sets.barred, out}]
         others = [*rest, *gone[1:]]  # of several orders or lines the strongest gives way
         # Without the mean that a sine is given to earn its place: that is an effect itself.
         fits = [

@@ -19,9 +19,10 @@ from ..diagnosis import Diagnosis
 from .assemble import assembled
 from .balance import Balance, Solution
 from .compete import compete, concluded
-from .floor import repeatability, white_floor
+from .floor import repeatability
 from .judge import Judgement
 from .motion import Motion, motion_of
+from .noise import measurement_noise
 from .terms import Catalogue
 
 _FINER = 0.8  # a floor below this share of the last one has the effects compete anew
@@ -55,15 +56,15 @@ def diagnose_rigid(
             f"{motion.bandwidth_hz:.3g} Hz, expected at least {8 * _TOO_LITTLE}: more seconds, "
             "fewer gaps, or a higher judge.bandwidth where noise of the position allows it"
         )
-    floor, floor_is = _floor(balance, catalogue, machine, _broad(balance, catalogue))
+    floor, floor_is = _floor(balance, catalogue, _broad(balance, catalogue))
     floor = min(floor, float(np.std(balance.effort[balance.usable])) or floor)
     contest = compete(balance, catalogue, floor, without, lambda share: tell(0.1 + 0.4 * share))
     # What depends on time, or varies fast over the position, does not repeat until it is known.
-    finer, finer_is = _floor(balance, catalogue, machine, contest.winner)
+    finer, finer_is = _floor(balance, catalogue, contest.winner)
     # A fit that leaves far less than the floor on rows it never saw refutes the floor.
     left = float(np.sqrt(np.mean(contest.winner.residual[balance.judged] ** 2)))
     if left < _REFUTED * finer:
-        finer, finer_is = max(left, white_floor(balance, None)), "what the closest model leaves"
+        finer, finer_is = left, "what the closest model leaves"
     if finer < _FINER * floor:
         floor, floor_is = finer, finer_is
         contest = compete(balance, catalogue, floor, without, lambda share: tell(0.5 + 0.4 * share))
@@ -107,17 +108,11 @@ def _broad(balance: Balance, catalogue: Catalogue) -> Solution:
     return balance.fit([*catalogue.unknown(), *(one.term(along) for one in smooth)])
 
 
-def _floor(
-    balance: Balance, catalogue: Catalogue, machine: Machine, fit: Solution
-) -> tuple[float, str]:
+def _floor(balance: Balance, catalogue: Catalogue, fit: Solution) -> tuple[float, str]:
     """Standard deviation of what does not repeat once `fit` is taken away, and what it is."""
-    turns = not machine.linear and catalogue.along.turns
+    turns = not catalogue.machine.linear and catalogue.along.turns
     repeats = repeatability(balance, fit, turns)
-    noise = machine.effort_noise
-    gain = machine.gain if balance.motion.effort_unit in ("N", "N m") else None
-    if noise is not None and gain is not None:
-        noise *= gain
-    white = white_floor(balance, noise)
-    if repeats is None or repeats <= white:
-        return max(white, 1e-12), "measurement noise"
+    noise = measurement_noise(catalogue, fit)
+    if repeats is None or repeats <= noise:
+        return max(noise, 1e-12), "measurement noise"
     return repeats, "what the same motion does not repeat"

@@ -37,12 +37,20 @@ class Pairs(NamedTuple):
     other: BoolArray
 
 
-def pairs(balance: Balance, periodic: bool) -> Pairs:
-    """Neighbours in position, speed and acceleration; `periodic`: position modulo one turn."""
+def pairs(balance: Balance, periodic: bool, without_hz: float | None = None) -> Pairs:
+    """Neighbours in position, speed and acceleration.
+
+    periodic: position modulo one turn. without_hz: of a line that is taken out of the motion.
+    """
     motion = balance.motion
     rows = np.flatnonzero(balance.usable)
-    position = motion.filtered(motion.position)[rows]
-    state = [motion.filtered(motion.velocity)[rows], motion.filtered(motion.acceleration)[rows]]
+    position, *state = (
+        motion.filtered(one)[rows]
+        for one in (motion.position, motion.velocity, motion.acceleration)
+    )
+    if without_hz is not None:
+        time_s = balance.time_s[rows]
+        position, *state = (less_line(one, time_s, without_hz) for one in (position, *state))
     state = [one / (float(np.std(one)) or 1.0) for one in state]
     if periodic:
         state += [np.cos(position) * math.sqrt(2.0), np.sin(position) * math.sqrt(2.0)]
@@ -54,6 +62,15 @@ def pairs(balance: Balance, periodic: bool) -> Pairs:
     # Neighbours in time are neighbours in state: only other times count.
     other = np.abs(stretch[index] - stretch[:, None]) >= _APART
     return Pairs(rows, distance, index, other & (distance < _NEAR))
+
+
+def less_line(values: FloatArray, time_s: FloatArray, frequency_hz: float) -> FloatArray:
+    """float64[n] less the sine over time that comes closest."""
+    phase = math.tau * frequency_hz * time_s
+    wave = np.stack([np.cos(phase), np.sin(phase), np.ones_like(phase)], axis=1)
+    fit = np.linalg.lstsq(wave, values, rcond=None)[0]
+    left: FloatArray = values - wave[:, :2] @ fit[:2]
+    return left
 
 
 def coherence(found: Pairs, time_s: FloatArray, frequency_hz: float) -> float:
@@ -104,13 +121,3 @@ def _extrapolated(found: Pairs, values: FloatArray) -> float | None:
     least = 0.25 * halves[0]
     value = intercept if slope > 0.0 else float(np.mean(halves))
     return math.sqrt(max(value, least))
-
-
-def white_floor(balance: Balance, effort_noise: float | None) -> float:
-    """Standard deviation of white noise within the band: stated, or from above the band."""
-    motion = balance.motion
-    share = min(2.0 * motion.bandwidth_hz / motion.rate_hz, 1.0)
-    if effort_noise is not None:
-        return effort_noise * math.sqrt(share)
-    second = np.diff(motion.effort[motion.usable], 3)
-    return 1.4826 * float(np.median(np.abs(second))) / math.sqrt(20.0) * math.sqrt(share)

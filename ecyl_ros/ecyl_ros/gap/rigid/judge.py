@@ -26,8 +26,9 @@ from ..verdict import (
 )
 from .balance import Balance, Solution
 from .certainty import Certainty
+from .constants import refitted
 from .contest import Contest
-from .floor import white_floor
+from .noise import measurement_noise
 from .terms import Catalogue
 from .void import SHEET, SILENT, why_not
 
@@ -79,7 +80,8 @@ class Judgement:
             is not sure enough once `rule` has been called.
         floor, floor_is: standard deviation of what cannot be explained, and what it is.
         judged: bool[m], rows that gap figures are of.
-        whole, spans: the closest set fitted to all rows, and 95 % intervals by key of the term.
+        whole, spans: the closest set and the file's constants fitted to all rows, and 95 %
+            intervals by key of the term.
         notes: what was found but is not named.
     """
 
@@ -88,14 +90,16 @@ class Judgement:
     ) -> None:
         self.balance, self.catalogue, self.contest = balance, catalogue, contest
         self.floor, self.floor_is = floor, floor_is
-        self.white = white_floor(balance, None)
+        self.white = measurement_noise(catalogue, contest.base)
         self.machine, self.motion = catalogue.machine, balance.motion
         self.units = catalogue.units
         judged = balance.judged if balance.judged.any() else balance.usable
         self.judged = _moving(judged, balance, catalogue)
         self.spread = float(np.std(balance.effort[self.judged])) or 1.0
         # Gap figures are those of fits that saw a part; values are fitted anew to all of it.
-        self.whole = balance.fit(contest.winner.terms, balance.usable)
+        plain = balance.fit(contest.winner.terms, balance.usable)
+        self._void = self._voids(plain)
+        self.whole = refitted(balance, catalogue, plain.terms, self._void, balance.usable)
         self.spans = balance.intervals(self.whole, balance.usable)
         self.certainty = Certainty(balance, contest, self.judged, floor)
         self.notes: list[str] = []
@@ -104,7 +108,6 @@ class Judgement:
         self._shares: dict[str, float] = {}
         self._shares_all: dict[str, float] = {}
         self._competed = len(contest.order)
-        self._void: dict[str, str] = self._voids()
 
     def _timed(self, before: float) -> float:
         """`before`, less what a shift between effort and motion by a sample or so takes off.
@@ -154,8 +157,10 @@ class Judgement:
             tried = ", ".join(one.title for one in causes)
             self.notes.append(f"closest in the catalogue, but too unsure to be named: {tried}")
         final = contest.winner if named else contest.base
+        if named:  # the file's constants are no better known than their tolerances
+            final = refitted(self.balance, self.catalogue, final.terms, self._void)
         after = final.rms(self.judged)
-        silent = sum(self._void[one.key] in SILENT for one in self.whole.terms)
+        silent = sum(one in SILENT for one in self._void.values())
         within_sheet = not named and not no_gap and self._is_sheet(closest)
         if within_sheet:
             final, after = closest.winner, closest.winner.rms(self.judged)
@@ -200,12 +205,13 @@ class Judgement:
         near = closest.winner.rms(self.judged) <= STRUCTURELESS * self.floor
         return near and SHEET in voids and all(one in SILENT for one in voids)
 
-    def _voids(self) -> dict[str, str]:
+    def _voids(self, plain: Solution) -> dict[str, str]:
         """Why a term of the closest set is no cause, by its key; empty where it may be one."""
+        spans = self.balance.intervals(plain, self.balance.usable)
         found, at = {}, 0
-        for term in self.whole.terms:
+        for term in plain.terms:
             found[term.key] = why_not(
-                self.balance, self.catalogue.along, self.whole, term, self.spans[term.key], at
+                self.balance, self.catalogue.along, plain, term, spans[term.key], at
             )
             at += term.columns.shape[0]
         return found

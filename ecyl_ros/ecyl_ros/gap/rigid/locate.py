@@ -9,7 +9,7 @@ from ...effects.along import Along
 from ..conditions import near_reversal, shares, strongest_lines
 from ..diagnosis import ConditionShare, PortCheck
 from .balance import Balance, Solution
-from .floor import white_floor
+from .noise import effort_noise
 
 
 def by_condition(balance: Balance, along: Along, base: Solution) -> tuple[ConditionShare, ...]:
@@ -66,7 +66,7 @@ def by_port(
     if both.any():
         other = np.interp(motion.time_s, motion.time_s[both], motion.other_effort[both])
         left = motion.filtered(motion.effort - other)[balance.usable]
-        white = max(white_floor(balance, None), 1e-3 * spread)
+        white = max(effort_noise(balance.motion), 1e-3 * spread)
         what = "recorded effort against what the loop asks for"
         rms = float(np.sqrt(np.mean(left**2)))
         found.insert(0, PortCheck("controller", what, motion.effort_unit, rms, white))

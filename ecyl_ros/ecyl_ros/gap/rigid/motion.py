@@ -32,6 +32,7 @@ from .band import (
     speed_noise_of,
     told_by_speed,
 )
+from .frozen import without_repeats
 from .grid import Taker, bridged, eroded, even_grid, jumped, standing_effort, wide
 
 _SETTLE = 1.0  # periods of the bandwidth's frequency left out at gaps
@@ -50,6 +51,7 @@ class Motion(Course):
             known.
         mode: NaN where not recorded.
         position_noise: standard deviation of the position's noise.
+        by_speed: whether speed and acceleration come from the recorded speed.
         standing: share of the motion over which the effort stood still, as it can not.
         bandwidth_hz: of the comparison; `position` is low-passed at 2.5 times that. step: samples
             of the grid per compared sample.
@@ -61,6 +63,7 @@ class Motion(Course):
     other_effort: FloatArray
     mode: FloatArray
     position_noise: float
+    by_speed: bool
     standing: float
     bandwidth_hz: float
     step: int
@@ -98,6 +101,11 @@ def motion_of(
         InputError: no position or speed of the output, too few samples, or no sample of the mode.
     """
     grid, rate, notes = even_grid(recording, source)
+    recording, frozen = without_repeats(recording)
+    if frozen:
+        shown = ", ".join(f"{begin:.3f} to {end:.3f} s" for begin, end in frozen[:4])
+        more = f" and {len(frozen) - 4} more times" if len(frozen) > 4 else ""
+        notes.append(f"the logger repeats one sample from {shown}{more}: left out")
     take = Taker(recording, grid, rate)
     linear = machine.linear
     position = take("rod_position_m" if linear else "rotor_position_rad")
@@ -167,6 +175,7 @@ def motion_of(
     bandwidth = min(bandwidth, 0.4 * rate)
     cutoff = min(DERIVATIVE * bandwidth, 0.45 * rate)
     sos = butter(ORDER, cutoff, fs=rate, output="sos")
+    by_speed = from_speed
     if from_speed:
         velocity = low_passed(sos, bridged(recorded, known))
         smooth = position
@@ -175,14 +184,17 @@ def motion_of(
         smooth = low_passed(sos, position)
         velocity = np.gradient(smooth, 1.0 / rate)
         spread = speed_noise_of(noise, cutoff, rate)
+        measured = np.isfinite(recorded)
+        filled = bridged(recorded, measured) if measured[usable].all() else recorded
         told = told_by_speed(
-            recorded, velocity, usable, rate, spread, machine, bandwidth, effort, cutoff
+            filled, velocity, usable, rate, spread, machine, bandwidth, effort, cutoff
         )
+        by_speed = told is not None
         if told is not None:
             bandwidth, cutoff, spread = told
             sos = butter(ORDER, cutoff, fs=rate, output="sos")
             smooth = low_passed(sos, position)
-            velocity = low_passed(sos, recorded)
+            velocity = low_passed(sos, filled)
             notes.append(
                 "speed is the recorded one: it says the same as the position, with less noise"
             )
@@ -206,6 +218,7 @@ def motion_of(
         usable=eroded(usable, settle),
         rate_hz=rate,
         position_noise=noise,
+        by_speed=by_speed,
         speed_noise=spread,
         standing=stood,
         bandwidth_hz=bandwidth,

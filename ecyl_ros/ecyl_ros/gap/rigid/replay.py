@@ -23,8 +23,8 @@ from ..diagnosis import FloatArray, Measured, SignalGap
 from ..report import quantities as q
 from .balance import Balance, Solution
 from .closest import closest
-from .floor import white_floor
 from .judge import Judgement, Ruling
+from .noise import effort_noise
 
 _SHORTEST_S = 0.1  # of a piece that runs through
 _FEWEST = 16  # samples of a piece that is begun anew, at the least
@@ -119,7 +119,7 @@ class _Replayer:
                 float(np.sqrt(np.mean((one[index] - other[index])[judged] ** 2)))
                 for one, other in ((recorded, nominal), (recorded, found), (found, noisy))
             )
-            floor = math.hypot(moved, noise.get(name, white_floor(self.balance, None)))
+            floor = math.hypot(moved, noise.get(name, effort_noise(self.motion)))
             signals.append(SignalGap(name, self._unit(name), gap, left, max(floor, 1e-300)))
         return Replay(
             signals=tuple(signals),

@@ -12,7 +12,7 @@ from ...effects.along import Along
 from ...effects.term import Left, Term
 from ..diagnosis import FloatArray
 from .balance import Balance, Solution
-from .floor import Pairs, coherence
+from .floor import Pairs, coherence, less_line, pairs
 
 _MOST = 3  # peaks tried
 _POINTS = 8_000_000  # sines of one scan at the most
@@ -38,7 +38,7 @@ def left_by(balance: Balance, along: Along, current: Solution, same: Pairs, enou
     return Left(
         explained=current.explained(balance.nominal),
         orders=orders,
-        lines=lambda: _frequencies(balance, residual, same),
+        lines=lambda: _frequencies(balance, along, current, same),
         window=lambda: _window(balance, along, residual),
         nearest=lambda term, over_time: _nearest(balance, along, term, over_time),
     )
@@ -137,7 +137,7 @@ def _orders(
     ]
 
 
-def _frequencies(balance: Balance, residual: FloatArray, same: Pairs) -> list[float]:
+def _frequencies(balance: Balance, along: Along, current: Solution, same: Pairs) -> list[float]:
     """Hz of the strongest lines over time within the band, best first.
 
     same: instants in the same state of motion; what they tell the phase of is the motion's own.
@@ -147,7 +147,7 @@ def _frequencies(balance: Balance, residual: FloatArray, same: Pairs) -> list[fl
     length = float(np.ptp(time))
     if not length > 0.0:
         return []
-    values = residual[rows] - np.mean(residual[rows])
+    values = current.residual[rows] - np.mean(current.residual[rows])
     lowest, highest = _LEAST_PERIODS / length, 0.9 * balance.motion.bandwidth_hz
     limit = max(64, _POINTS // rows.size)
     spacing = 0.3 / length
@@ -157,20 +157,43 @@ def _frequencies(balance: Balance, residual: FloatArray, same: Pairs) -> list[fl
         _refined(values, time, rate, spacing * math.tau, weight)
         for rate in _peaks(values, time, rates, weight, _MOST)
     ]
-    return [
-        rate / math.tau
-        for rate in found
-        if not _moves(balance, rows, time, rate)
-        and coherence(same, balance.time_s, rate / math.tau) < _OF_MOTION
-    ]
+    asked = balance.motion.filtered(current.explained(balance.nominal))[rows]
+    kept = []
+    for rate in found:
+        hertz = rate / math.tau
+        # A model errs by a share of what the motion asks: a line beyond all that it asks for there
+        # is none of the motion's. It shakes the machine, and so shows in the motion itself.
+        shakes = _line(values, time, hertz) > _line(asked, time, hertz)
+        if _moves(balance, rows, time, rate, shakes):
+            continue
+        told = coherence(same, balance.time_s, hertz)
+        if told >= _OF_MOTION and shakes:
+            turns = not along.machine.linear and along.turns
+            told = coherence(pairs(balance, turns, hertz), balance.time_s, hertz)
+        if told < _OF_MOTION:
+            kept.append(hertz)
+    return kept
 
 
-def _moves(balance: Balance, rows: NDArray[np.int64], time: FloatArray, rate: float) -> bool:
-    """Whether the motion itself has a line there: what depends on it then has one, too."""
+def _line(values: FloatArray, time: FloatArray, hertz: float) -> float:
+    """Size of a line."""
+    return float(np.std(values - less_line(values, time, hertz)))
+
+
+def _moves(
+    balance: Balance, rows: NDArray[np.int64], time: FloatArray, rate: float, shakes: bool
+) -> bool:
+    """Whether the motion itself has a line there: what depends on it then has one, too.
+
+    shakes: the line may be what shakes the machine, in which acceleration shows it.
+    """
     motion = balance.motion
     at = motion.rows[rows]
     weight = np.ones(rows.size)
-    for values in (motion.position[at], motion.velocity[at], motion.acceleration[at]):
+    judged = [motion.position[at], motion.velocity[at]]
+    if not shakes:
+        judged.append(motion.acceleration[at])
+    for values in judged:
         share = _power(values - values.mean(), time, np.array([rate]), weight)
         if float(share[0]) > _OWN_LINE:
             return True

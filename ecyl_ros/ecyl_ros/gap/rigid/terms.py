@@ -65,6 +65,13 @@ class Catalogue:
             form.term(self.along, *one) for form in forms for one in form.tried(self.along, left)
         ]
 
+    def untold(self, left: Left) -> list[Term]:
+        """What does not compete, for one motion does not tell it, but may look like another."""
+        forms = rigid_forms(self.machine.linear).values()
+        return [
+            form.term(self.along, *one) for form in forms for one in form.untold(self.along, left)
+        ]
+
     def twins(self, one: Term, left: Left) -> list[Term]:
         """What an effect looks like where speed, or effort, hardly varies."""
         found = []

@@ -1,0 +1,51 @@
+"""Rigid drives: what moves with time and what moves with the motion, each told from the other."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+from rigid_machines import LINEAR, RATE_HZ, Motion, motion, recorded
+
+from ecyl_ros.gap.diagnose import diagnose
+
+
+def _forwards() -> Motion:
+    """24 s forwards at a speed that swings between 5 and 15 mm/s."""
+    t = np.arange(int(24.0 * RATE_HZ)) / RATE_HZ
+    v = 0.01 + 0.005 * np.sin(2.0 * np.pi * 0.8 * t)
+    return Motion(t, np.cumsum(v) / RATE_HZ, v, np.gradient(v, 1.0 / RATE_HZ))
+
+
+def test_forwards_alone_a_drift_of_friction_is_not_called_a_spring() -> None:
+    """A level that rises evenly with time: no spring is named, the reader is told of both."""
+    m = _forwards()
+    result = diagnose(recorded(m, 20.0 * m.a + 3.0 * m.t / m.t[-1], LINEAR, 0.1, 1e-7), LINEAR)
+    assert not result.causes
+    told = " ".join((result.reason, *result.notes))
+    assert "friction drift" in told and "spring load" in told
+
+
+def test_forwards_alone_a_spring_is_named_where_time_does_not_tell_it() -> None:
+    """A force that rises with the place, which swings about an even rise in time: the spring."""
+    m = _forwards()
+    result = diagnose(recorded(m, 20.0 * m.a + 20.0 * m.q, LINEAR, 0.1, 1e-7), LINEAR)
+    assert [one.effect for one in result.causes] == ["spring_load"]
+    assert result.causes[0].parameters[0].value == pytest.approx(20.0, rel=0.05)
+
+
+def test_a_disturbance_that_shakes_the_machine_is_named() -> None:
+    """A strong force of 8.7 Hz that a third of goes into acceleration: named, of its size."""
+    m = motion(0.1)
+    rate, size = 2.0 * np.pi * 8.7, 40.0
+    force = size * np.sin(rate * m.t + 0.4)
+    shaken = -0.35 * force / 20.0  # m/s^2 that the controller lets through
+    moved = Motion(m.t, m.q - shaken / rate**2, m.v, m.a + shaken)
+    machine = dataclasses.replace(LINEAR, bandwidth_hz=30.0)
+    effort = 20.0 * moved.a + force
+    result = diagnose(recorded(moved, effort, machine, 0.3, 1e-7), machine)
+    assert [one.effect for one in result.causes] == ["periodic_disturbance"]
+    found = {one.name: one.value for one in result.causes[0].parameters}
+    assert found["frequency_hz"] == pytest.approx(8.7, rel=1e-3)
+    assert found["amplitude_n"] == pytest.approx(size, rel=0.05)
