@@ -99,9 +99,8 @@ def _steps(fitter: Fitter, competition: Competition) -> list[Fit]:
         full = chain[0]
         options = []
         for name in full.names:
-            rest = {key: value for key, value in full.values.items() if key != name}
             known = competition.leave_one_out.get(name) if full is competition.winner else None
-            options.append(known or fitter.fit(fitter.evaluate(rest, full.pulls), steps=4))
+            options.append(known or fitter.fit(fitter.without(full, [name]), steps=4))
         chain.insert(0, min(options, key=lambda one: one.judged))
     return chain
 
