@@ -85,7 +85,6 @@ RIGID = RigidForm(
     ),
     term=term,
     tried=lambda along, left: [(along.known_inertia,)] if along.both_ways else [],
-    untold=lambda along, left: [] if along.both_ways else [(along.known_inertia,)],
     shape=lambda along, values, effort: ("share" in values,),
     coefficients=lambda values: tuple(values.values()),
     packed=_packed,

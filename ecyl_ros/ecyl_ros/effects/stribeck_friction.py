@@ -12,7 +12,7 @@ from .along import Along
 from .effect import Effect, Evidence, Quantity, Start, bristle, put_bristle
 from .rigid_form import RigidForm, Stem, level
 from .starts import direction, regress
-from .term import Fitted, Term, at_bound
+from .term import Fitted, Left, Term, at_bound
 
 
 def starts(evidence: Evidence) -> list[Start]:
@@ -97,9 +97,9 @@ def term(along: Along, stribeck: float) -> Term:
     )
 
 
-def _speeds(along: Along) -> list[tuple[float]]:
+def _tried(along: Along, left: Left) -> list[tuple[float]]:
     low, high = 5.0 * along.soft, 0.5 * along.top_speed
-    if not high > 2.0 * low:
+    if not along.both_ways or not high > 2.0 * low:
         return []
     return [(speed,) for speed in np.geomspace(low, high, _SPEEDS).tolist()]
 
@@ -118,8 +118,7 @@ RIGID = RigidForm(
         Stem("stribeck", "speed", 1e-9, 1e6, "at which the surplus has fallen to 1/e"),
     ),
     term=term,
-    tried=lambda along, left: _speeds(along) if along.both_ways else [],
-    untold=lambda along, left: [] if along.both_ways else _speeds(along),
+    tried=_tried,
     shape=lambda along, values, effort: (values["stribeck"],),
     coefficients=lambda values: (values["coulomb"], values["static"] - values["coulomb"]),
     void=_void,
