@@ -29,6 +29,7 @@ from .certainty import Certainty
 from .constants import refitted
 from .contest import Contest
 from .noise import measurement_noise
+from .spans import spans as spans_of
 from .terms import Catalogue
 from .void import SHEET, SILENT, why_not
 
@@ -100,7 +101,7 @@ class Judgement:
         plain = balance.fit(contest.winner.terms, balance.usable)
         self._void = self._voids(plain)
         self.whole = refitted(balance, catalogue, plain.terms, self._void, balance.usable)
-        self.spans = balance.intervals(self.whole, balance.usable)
+        self.spans = spans_of(balance, self.whole)
         self.certainty = Certainty(balance, contest, self.judged, floor)
         self.notes: list[str] = []
         self._sure: dict[str, tuple[float, float]] = {}
@@ -207,7 +208,7 @@ class Judgement:
 
     def _voids(self, plain: Solution) -> dict[str, str]:
         """Why a term of the closest set is no cause, by its key; empty where it may be one."""
-        spans = self.balance.intervals(plain, self.balance.usable)
+        spans = spans_of(self.balance, plain)
         found, at = {}, 0
         for term in plain.terms:
             found[term.key] = why_not(

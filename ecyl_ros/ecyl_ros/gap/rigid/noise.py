@@ -27,17 +27,21 @@ def effort_noise(motion: Motion, stated: float | None = None) -> float:
     return math.sqrt(density * min(motion.bandwidth_hz, 0.5 * motion.rate_hz))
 
 
-def acceleration_noise(motion: Motion) -> float:
+def acceleration_noise(motion: Motion, *, counted: bool = False) -> float:
     """Standard deviation of the acceleration's noise within the band.
 
     White noise of the position (of the speed, where acceleration comes from a recorded one), as
-    dense as above the band, through differences and low-passes.
+    dense as above the band, through differences and low-passes. counted: no less than the steps of
+    the encoder make of it, whose noise is not white while it moves slowly.
     """
     rate, band = motion.rate_hz, motion.bandwidth_hz
     order, values = 2, motion.raw_position
     if motion.by_speed:
         order, values = 1, bridged(motion.recorded_velocity, np.isfinite(motion.recorded_velocity))
     density = least_density(values, motion.usable, rate, band, order)
+    if counted:
+        spread = motion.position_noise**2 / (0.5 * rate)
+        density = max(density, spread * (math.tau * band) ** 2 if motion.by_speed else spread)
     frequency = np.linspace(0.0, 0.5 * rate, _POINTS)
     gain = (rate * np.sin(math.tau * frequency / rate)) ** order  # of central differences
     for cutoff in (band, min(DERIVATIVE * band, 0.45 * rate)):

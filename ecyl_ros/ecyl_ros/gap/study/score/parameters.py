@@ -28,7 +28,9 @@ def parameter_errors(case: Case, outcome: Outcome) -> list[dict[str, Any]]:
         held = case.nominal.get(cause["effect"], {})
         for parameter, true in true_values.items():
             said = cause["parameters"].get(parameter)
-            value = math.nan if said is None else float(said["value"])
+            if said is None:  # told as another quantity, where the file leaves out what it is over
+                continue
+            value = float(said["value"])
             entry: dict[str, Any] = {"effect": cause["effect"], "parameter": parameter}
             if parameter in COUNTS:
                 entry["exact"] = abs(value - true) < 0.5
@@ -37,7 +39,7 @@ def parameter_errors(case: Case, outcome: Outcome) -> list[dict[str, Any]]:
                 change = abs(true - held.get(parameter, 0.0))
                 entry["relative"] = error / abs(true)
                 entry["of_change"] = error / min(change, abs(true))
-                interval = (said or {}).get("ci95")
+                interval = said.get("ci95")
                 entry["covered"] = interval[0] <= true <= interval[1] if interval else None
             entries.append(entry)
     return entries
