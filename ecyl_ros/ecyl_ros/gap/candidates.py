@@ -99,14 +99,14 @@ class Candidates:
             return self.map(lambda one: approach(self.fitter, one, self.null), some)
 
         near = approached(fits[:_LEADERS])
-        best = min(one.fitted for one in near)
-        hopeful = [one for one, cost in zip(fits, promised, strict=True) if cost < _BEHIND * best]
-        near += approached([one for one in fits[_LEADERS:] if one in hopeful])
-        best = min(one.fitted for one in near)
-        ahead = [one for one in near if one.fitted <= _BEHIND * best]
+        reach = _BEHIND * min(one.fitted for one in near)
+        others = list(zip(fits, promised, strict=True))[_LEADERS:]
+        near += approached([one for one, cost in others if cost < reach])
+        left = [one for one, cost in others if cost >= reach]
+        reach = _BEHIND * min(one.fitted for one in near)
+        ahead = [one for one in near if one.fitted <= reach]
+        left += [one for one in near if one.fitted > reach]
         closer = self.map(lambda one: close_in(self.fitter, one, self.null), ahead)
-        left = [one for one in fits[_LEADERS:] if one not in hopeful]
-        left += [one for one in near if one not in ahead]
         return sorted(closer + left, key=lambda one: one.fitted)
 
     def _searched(self, fits: Sequence[Fit]) -> list[Fit]:

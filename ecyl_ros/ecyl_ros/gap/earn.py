@@ -4,24 +4,21 @@ from __future__ import annotations
 
 from .fit import Fit, Fitter
 from .robust import misfit
-from .strain import effect_of, strains
+from .strain import most_strained
 
 AT_FLOOR = 1.14  # times a perfect model's misfit: a model this close needs no further effect
 EXCUSED = 0.75  # of the gap must be gone before noise round the loop may excuse the rest
 _WORTH = 0.6  # a further effect must bring the square of the misfit's surplus below this share ...
 _LEAST = 0.04  # ... and lower the square itself by this
-# The square of a normal variable by chance: 1 of 2000 sound constants saves more.
-STRAINED = 12.0
 
 
 def at_noise(fitter: Fitter, fit: Fit) -> bool:
     """Whether noise and a sound sheet account for what the fit leaves: no effect is needed."""
-    if any(one.saved > STRAINED and effect_of(one.row, fitter) for one in strains(fit, fitter)):
-        return False
     left = misfit(fit.judged)
-    if left <= AT_FLOOR * fitter.perfect:
-        return True
-    return gone(fitter, fit) >= EXCUSED and left <= AT_FLOOR * fitter.perfect_with(fit.values)
+    near = left <= AT_FLOOR * fitter.perfect or (
+        gone(fitter, fit) >= EXCUSED and left <= AT_FLOOR * fitter.perfect_with(fit.values)
+    )
+    return near and most_strained(fit, fitter) is None
 
 
 def gone(fitter: Fitter, fit: Fit) -> float:

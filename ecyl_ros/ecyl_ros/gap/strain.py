@@ -18,6 +18,8 @@ from .gram import weighted_products
 from .replay import FloatArray
 from .robust import robust_weights
 
+# The square of a normal variable by chance: 1 of 2000 sound constants saves more.
+STRAINED = 12.0
 _UNSEEN = 1e-3  # share below which a constant is where the sheet has it
 
 
@@ -66,6 +68,15 @@ def strains(fit: Fit, fitter: Fitter) -> list[Strain]:
         pulls[list(fit.pulled)] += moved[first:]
         found.append(Strain(row, 4.0 * pull**2 / seen, pull / seen, values, pulls))
     return sorted(found, key=lambda one: -one.saved)
+
+
+def most_strained(fit: Fit, fitter: Fitter) -> Strain | None:
+    """The constant that lies furthest beyond its sheet, of those that effects stand for.
+
+    None where all may be those of a sound machine.
+    """
+    found = next((one for one in strains(fit, fitter) if effect_of(one.row, fitter)), None)
+    return found if found is not None and found.saved > STRAINED else None
 
 
 def effect_of(row: int, fitter: Fitter) -> str | None:

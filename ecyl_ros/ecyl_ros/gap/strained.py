@@ -8,15 +8,14 @@ sheet, too: there the verdict says that something remains.)
 
 from __future__ import annotations
 
-from .earn import AT_FLOOR, STRAINED
+from .earn import AT_FLOOR
 from .fit import Fit, Fitter
 from .robust import misfit
-from .strain import Strain, effect_of, strains
+from .strain import Strain, most_strained
 
 
 def strained(fit: Fit, fitter: Fitter) -> Strain | None:
     """The constant that a fit at the noise floor leaves strained; None where there is none."""
     if misfit(fit.left) > AT_FLOOR * fitter.perfect_with(fit.values):
         return None
-    found = [one for one in strains(fit, fitter) if effect_of(one.row, fitter)]
-    return found[0] if found and found[0].saved > STRAINED else None
+    return most_strained(fit, fitter)

@@ -268,6 +268,14 @@ def _searched(
     return spread * value**2 if name == "period_m" else spread
 
 
+def beside(values: FloatArray, columns: FloatArray) -> FloatArray:
+    """What columns float64[m, k] cannot give of values, float64[m] or float64[m, j]."""
+    if not columns.size:
+        return values
+    left: FloatArray = values - columns @ np.linalg.lstsq(columns, values, rcond=None)[0]
+    return left
+
+
 def stretch_length(duration_s: float) -> float:
     """Length of a stretch: 0.5 s, longer in long recordings, shorter where there are too few."""
     longest = max(STRETCH_S, duration_s / MOST_STRETCHES)

@@ -10,7 +10,7 @@ import numpy as np
 from ...effects.catalogue import EFFECTS
 from ...effects.term import Term
 from ..diagnosis import BoolArray
-from .balance import Balance, Solution
+from .balance import Balance, Solution, beside
 from .contest import Contest
 
 _CERTAIN = 0.97  # the most that a cause found by effort is believed
@@ -94,5 +94,5 @@ class Certainty:
         if few.shape[1] >= many.shape[1]:
             return False
         rows = self.balance.usable
-        made = many[rows] @ np.linalg.lstsq(many[rows], few[rows], rcond=None)[0]
-        return bool(np.sum((few[rows] - made) ** 2) <= _SAME * np.sum(few[rows] ** 2))
+        left = beside(few[rows], many[rows])
+        return bool(np.sum(left**2) <= _SAME * np.sum(few[rows] ** 2))

@@ -16,6 +16,7 @@ import numpy as np
 from ...recording.flaws import white_noise
 from ...recording.signals import FOREIGN_SIGNALS, SIGNALS, Recording
 from ..diagnosis import BoolArray, FloatArray
+from .runs import runs_of
 
 _SHORTEST = 5  # rows of a stretch
 _RARER = 5.0  # times the usual run of equal rows
@@ -38,7 +39,7 @@ def without_repeats(recording: Recording) -> tuple[Recording, list[tuple[float, 
     changed: dict[str, Any] = {
         name: np.where(rows, np.nan, values) for name, values in signals.items() if name != "mode"
     }
-    spans = [(float(recording.time_s[a]), float(recording.time_s[b - 1])) for a, b in _runs(rows)]
+    spans = [(float(recording.time_s[a]), float(recording.time_s[b - 1])) for a, b in runs_of(rows)]
     return dataclasses.replace(recording, **changed), spans
 
 
@@ -104,8 +105,3 @@ def _leaps(values: FloatArray, live: FloatArray, begin: int, end: int) -> bool:
     near = [np.abs(np.diff(live[:begin][-_NEAR:])), np.abs(np.diff(live[end:][:_NEAR]))]
     largest = max((float(np.nanmax(one)) for one in near if np.isfinite(one).any()), default=0.0)
     return abs(leap - there) < 0.5 * abs(leap) and abs(leap) > _LEAP * largest > 0.0
-
-
-def _runs(mask: BoolArray) -> list[tuple[int, int]]:
-    bounds = np.flatnonzero(np.diff(np.concatenate([[0], mask, [0]]).astype(np.int8)))
-    return [(int(a), int(b)) for a, b in bounds.reshape(-1, 2)]

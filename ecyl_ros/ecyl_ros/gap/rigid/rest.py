@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.ndimage import binary_dilation, label
+from scipy.ndimage import binary_dilation
 
 from ..diagnosis import BoolArray
 from .motion import Motion
+from .runs import runs_of
 
 _SLOW = 0.02  # of the top speed: slower than that, for long and without getting anywhere, is rest
 _PLACE = 2e-3  # of the travel: so far may it creep meanwhile (bristles give way)
@@ -20,11 +21,9 @@ def at_rest(motion: Motion) -> BoolArray:
     speed = np.abs(motion.velocity)
     top = float(np.quantile(speed[usable], 0.99)) if usable.any() else 0.0
     travel = float(np.ptp(motion.position[usable])) if usable.any() else 0.0
-    runs, count = label(speed < _SLOW * top)
     found = np.zeros(speed.size, dtype=bool)
     shortest = _LEAST * motion.rate_hz / motion.bandwidth_hz
-    bounds = np.flatnonzero(np.diff(np.concatenate([[0], runs > 0, [0]]).astype(np.int8)))
-    for begin, end in bounds.reshape(-1, 2) if count else ():
+    for begin, end in runs_of(speed < _SLOW * top):
         part = motion.position[begin:end]
         if end - begin >= shortest and np.ptp(part) <= _PLACE * travel:
             found[begin:end] = True

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .balance import Balance, Interval, Solution
+from .balance import Balance, Interval, Solution, beside
 from .noise import acceleration_noise
 
 
@@ -32,7 +32,6 @@ def _attenuation(balance: Balance, solution: Solution, at: int) -> float:
     at: of the acceleration among the columns.
     """
     columns = balance.columns(solution.terms)[balance.usable]
-    own, others = columns[:, at], np.delete(columns, at, axis=1)
-    rest = own - others @ np.linalg.lstsq(others, own, rcond=None)[0] if others.size else own
+    rest = beside(columns[:, at], np.delete(columns, at, axis=1))
     both, noise = float(np.mean(rest**2)), acceleration_noise(balance.motion, counted=True) ** 2
     return noise / max(both - noise, noise, 1e-300)

@@ -10,7 +10,7 @@ from ...effects.actuation_delay import SAMPLING
 from ...effects.along import Along
 from ...effects.catalogue import RIGID
 from ...effects.term import Fitted, Interval, Term
-from .balance import Balance, Solution
+from .balance import Balance, Solution, beside
 from .sheet import sheet_value, within
 
 SHEET = "within the tolerance of the data sheet"
@@ -39,8 +39,7 @@ def why_not(
 
     def inflation(by: Sequence[Term]) -> float:
         column = balance.columns([term])[rows, 0]
-        other = balance.columns(by)[rows]
-        rest = column - other @ np.linalg.lstsq(other, column, rcond=None)[0]
+        rest = beside(column, balance.columns(by)[rows])
         return float(np.sum(column**2) / max(np.sum(rest**2), 1e-300))
 
     fitted = Fitted(

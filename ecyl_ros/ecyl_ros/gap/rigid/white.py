@@ -13,6 +13,7 @@ from scipy.signal import detrend, get_window
 from scipy.stats import chi2, norm
 
 from ..diagnosis import BoolArray, FloatArray
+from .runs import runs_of
 
 _SEGMENT = 256  # samples of one spectrum, where as many are usable in a row
 _SHORTEST = 16
@@ -49,8 +50,7 @@ def _spectra(values: FloatArray, usable: BoolArray, rate_hz: float) -> FloatArra
 
     Of all samples, where nowhere enough are usable in a row.
     """
-    bounds = np.flatnonzero(np.diff(np.concatenate([[0], usable, [0]]).astype(np.int8)))
-    runs = bounds.reshape(-1, 2)
+    runs = runs_of(usable)
     longest = int(np.max(runs[:, 1] - runs[:, 0], initial=0))
     if longest < _SHORTEST:
         runs, longest = np.array([[0, values.size]]), values.size
