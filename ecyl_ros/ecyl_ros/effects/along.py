@@ -9,7 +9,7 @@ import numpy as np
 
 from ..drive.rigid.course import Course
 from ..drive.rigid.machine import Machine
-from ..drive.rigid.model import Model
+from ..drive.rigid.model import Model, Pair
 from ..drive.rigid.units import Units
 from .effect import FloatArray
 
@@ -73,6 +73,28 @@ class Along:
     def known_inertia(self) -> bool:
         """Whether the file, or an effect in it, tells the inertia."""
         return self.model.inertia is not None
+
+    @property
+    def known_gain(self) -> bool:
+        """Whether effort as recorded can be told in N or N m."""
+        return self.model.ratio > 0.0
+
+    @property
+    def rubs(self) -> bool:
+        """Whether the nominal model has friction of some level."""
+        return any(self.model.coulomb) or self.model.keys.coulomb > 0.0
+
+    def least_coulomb(self) -> Pair:
+        """Least that friction of one level may be changed by, forwards and backwards."""
+        open_ended = not self.known_gain and self.model.keys.coulomb > 0.0
+        first, second = self.model.coulomb
+        return (-math.inf, -math.inf) if open_ended else (-first, -second)
+
+    def least_viscous(self) -> Pair:
+        """The same of friction in proportion to speed."""
+        open_ended = not self.known_gain and self.model.keys.viscous > 0.0
+        first, second = self.model.viscous
+        return (-math.inf, -math.inf) if open_ended else (-first, -second)
 
     def keys_effort(self) -> FloatArray:
         """The effort that the keys of the file ask for, by its own gain."""

@@ -106,7 +106,7 @@ def term(along: Along) -> Term:
             (name, unit, float(value)) for (name, unit), value in zip(names, c, strict=True)
         ),
         values=lambda c: dict(zip(stems, map(float, c), strict=True)),
-        low=tuple(-one for one in (*along.model.coulomb, *along.model.viscous)),
+        low=(*along.least_coulomb(), *along.least_viscous()),
         refines=(f"{along.side}_coulomb_friction", f"{along.side}_viscous_friction"),
         holds=("constant_load",),  # its levels are friction plus and less a load
         # Back EMF bends its values; a difference it does not make.

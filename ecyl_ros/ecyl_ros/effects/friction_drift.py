@@ -74,7 +74,7 @@ def term(along: Along) -> Term:
         columns=np.stack([along.sign, along.sign * along.motion.time_s]),
         parameters=parameters,
         values=values,
-        low=(-min(along.model.coulomb), -math.inf),
+        low=(max(along.least_coulomb()), -math.inf),
         refines=(f"{along.side}_coulomb_friction",),
     )
 

@@ -57,7 +57,7 @@ def term(along: Along) -> Term:
         columns=along.sign[None],
         parameters=lambda c: ((name, unit, float(c[0])),),
         values=lambda c: {"coulomb": float(c[0])},
-        low=(-min(along.model.coulomb),),
+        low=(max(along.least_coulomb()),),
         alternatives=() if along.both_ways else ("constant_load", "current_sensor_offset"),
         mean=not along.both_ways,
     )

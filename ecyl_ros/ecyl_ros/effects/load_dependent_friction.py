@@ -55,11 +55,9 @@ def term(along: Along, shared: bool) -> Term:
 
     shared: over the nominal load; by the acceleration alone where no inertia is known.
     """
-    model, acceleration = along.model, along.motion.acceleration
-    inertia = model.keys.inertia or (model.inertia or 0.0)
-    carried = (
-        np.abs(inertia * acceleration + model.keys.constant) if shared else np.abs(acceleration)
-    )
+    acceleration = along.motion.acceleration
+    inertia, constant = _carried(along.model)
+    carried = np.abs(inertia * acceleration + constant) if shared else np.abs(acceleration)
     name, unit = ("coefficient", "1") if shared else along.units.inertia
     stem = "share" if shared else "inertia"
     return Term(
@@ -75,7 +73,13 @@ def term(along: Along, shared: bool) -> Term:
 def _packed(values: Values, model: Model) -> tuple[float, ...]:
     if "inertia" in values:
         return values["inertia"], 1.0, 0.0
-    return values["share"], model.keys.inertia or (model.inertia or 0.0), model.keys.constant
+    return values["share"], *_carried(model)
+
+
+def _carried(model: Model) -> tuple[float, float]:
+    """Inertia and constant load by the file's own gain."""
+    inertia = model.counted * model.keys.inertia or (model.inertia or 0.0)
+    return inertia, model.counted * model.keys.constant
 
 
 RIGID = RigidForm(

@@ -75,11 +75,11 @@ RIGID = RigidForm(
     term=term,
     tried=lambda along, left: [()] if along.known_inertia else [],
     modify=lambda model, values: replace(
-        model, inertia=(model.inertia or 0.0) + values["inertia"] - model.keys.inertia
+        model, inertia=(model.inertia or 0.0) + values["inertia"] - model.counted * model.keys.inertia
     ),
     constant=("load.mass", "load.inertia"),
     void=_void,
     merged=lambda old, new, along: {
-        "inertia": old.get("inertia", along.model.keys.inertia) + new["inertia"]
+        "inertia": old.get("inertia", along.model.counted * along.model.keys.inertia) + new["inertia"]
     },
 )

@@ -64,7 +64,7 @@ def term(along: Along) -> Term:
         columns=along.motion.velocity[None],
         parameters=lambda c: ((name, unit, float(c[0])),),
         values=lambda c: {"viscous": float(c[0])},
-        low=(-min(along.model.viscous),),
+        low=(max(along.least_viscous()),),
         alternatives=("back_emf_error",) if by_voltage else (),
     )
 

@@ -90,7 +90,7 @@ def term(along: Along, stribeck: float) -> Term:
             "static": float(c[0] + c[1]),
             "stribeck": stribeck,
         },
-        low=(-min(along.model.coulomb), 0.0),
+        low=(max(along.least_coulomb()), 0.0),
         refines=(f"{along.side}_coulomb_friction",),
         fixed={name: stribeck},
         steps={name: _STEP * stribeck},

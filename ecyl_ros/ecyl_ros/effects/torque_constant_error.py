@@ -56,7 +56,7 @@ def term(along: Along) -> Term:
         columns=along.keys_effort()[None],
         parameters=lambda c: ((name, unit, gain / (ratio + float(c[0]))),),
         values=lambda c: {"ratio": float(c[0])},
-        low=(-0.9 * ratio,),
+        low=(-0.9 * ratio or 1.0 / HUGE,),
     )
 
 

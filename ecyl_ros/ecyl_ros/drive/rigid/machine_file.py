@@ -100,9 +100,6 @@ def _check_relations(machine: Machine, source: str) -> None:
         )
     if machine.effects and machine.kind == "follower":
         raise InputError(f"{source}: effects do not go with drive.kind follower; expected rigid")
-    told = [one.name for one in machine.effects if FORMS[one.name].ratio is not None]
-    if told and machine.gain is None:
-        raise InputError(f"{source}: actuation.gain is missing; effects.{told[0]} is told from it")
     if machine.actuation == "loop" and not machine.loop_known:
         raise InputError(
             f"{source}: controller.speed.kp is missing; actuation.signal = 'loop' computes the "

@@ -40,8 +40,10 @@ class Model:
 
     Attributes:
         inertia: None where the file leaves it out. viscous, coulomb: forwards and backwards.
-        keys: of the file's own keys alone. ratio: effort by the file's gain over effort by the true
-            one, which an effect may tell.
+        keys: of the file's own keys alone, in N or N m. ratio: effort by the file's gain over
+            effort by the true one, which an effect may tell; without a gain in the file effort as
+            recorded over effort in N or N m, 0 where that is unknown. counted: effort over what the
+            keys ask for, by the file's own gain, or else by `ratio`.
         shapes: effects that no constant can hold.
     """
 
@@ -53,4 +55,5 @@ class Model:
     delay_s: float
     keys: Keys
     ratio: float
+    counted: float
     shapes: tuple[Acting, ...] = ()

@@ -19,22 +19,20 @@ from .model import Keys, Model
 def model_of(machine: Machine, own: bool) -> Model:
     """The model of `machine`.
 
-    own: whether effort is counted in N or N m of the output. Where it is not (the gain is unknown),
-    the file's keys say nothing of it; its effects do.
+    own: whether effort is counted in N or N m of the output. Where it is not, the gain is unknown,
+    and what the file's keys ask for with it, unless an effect tells it.
     """
-    keys = Keys()
-    if own:
-        keys = Keys(
-            machine.inertia or 0.0,
-            machine.viscous,
-            machine.coulomb,
-            machine.constant,
-            machine.stiffness,
-        )
-    ratio = _gain_ratio(machine)
+    keys = Keys(
+        machine.inertia or 0.0,
+        machine.viscous,
+        machine.coulomb,
+        machine.constant,
+        machine.stiffness,
+    )
+    ratio = _gain_ratio(machine, own)
     inertia, viscous, coulomb, constant, stiffness = (ratio * one for one in keys)
     made = Model(
-        inertia=inertia if own and machine.inertia is not None else None,
+        inertia=inertia if ratio and machine.inertia is not None else None,
         viscous=(viscous, viscous),
         coulomb=(coulomb, coulomb),
         constant=constant,
@@ -42,6 +40,7 @@ def model_of(machine: Machine, own: bool) -> Model:
         delay_s=0.0,
         keys=keys,
         ratio=ratio,
+        counted=1.0 if own else ratio,
         shapes=tuple(one for one in machine.effects if RIGID[one.name].modify is None),
     )
     for one in machine.effects:
@@ -51,13 +50,16 @@ def model_of(machine: Machine, own: bool) -> Model:
     return made
 
 
-def _gain_ratio(machine: Machine) -> float:
-    """Effort by the file's gain over effort by the true one, which an effect may tell."""
+def _gain_ratio(machine: Machine, own: bool) -> float:
+    """Effort by the file's gain over effort by the true one, which an effect may tell.
+
+    Without a gain in the file, effort as recorded over the output's own; 0 where nothing tells it.
+    """
     for one in machine.effects:
         ratio = RIGID[one.name].ratio
-        if ratio is not None and machine.gain is not None:
-            return ratio(one.values, machine.gain)
-    return 1.0
+        if ratio is not None:
+            return ratio(one.values, machine.gain or 1.0)
+    return 1.0 if own else 0.0
 
 
 class Plant(NamedTuple):

@@ -40,8 +40,8 @@ def assembled(
     merged, reached = _merged(ruling.causes, steps) if named else ((), ())
     best = closest(along, judgement.whole) if named else None
     gap = SignalGap(motion.effort_name, motion.effort_unit, ruling.before, ruling.after, floor)
-    whole = judgement.whole if named else balance.fit(contest.base.terms, balance.usable)
-    before = contest.base.rms(judgement.judged)
+    whole = judgement.whole if named else judgement.null.fit([], balance.usable)
+    before = contest.nominal.rms(judgement.judged)
     return Diagnosis(
         source=source,
         drive=drive_name,
@@ -99,7 +99,7 @@ def _nearest_block(judgement: Judgement) -> str | None:
 
 def _candidates(judgement: Judgement) -> tuple[Candidate, ...]:
     contest, floor, fitted = judgement.contest, judgement.floor, judgement.balance.fitted
-    unknown = {one.effect for one in judgement.catalogue.unknown()}
+    unknown = {one.effect for one in judgement.null.unknown}
     return ranked(
         Candidate(
             tuple(name for name in one.effects if name not in unknown),

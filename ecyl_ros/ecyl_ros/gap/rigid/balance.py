@@ -21,7 +21,7 @@ from .rest import at_rest
 HELD_OUT_EVERY = 3  # one stretch in so many is never fitted
 MOST_STRETCHES = 48  # what is left is correlated over time: more of them say no more
 _LOSS = 5.0  # residuals beyond so many robust standard deviations lose their weight (Cauchy)
-_ROUNDS = 6
+ROUNDS = 6
 _LEAST_MOVING = 0.2  # share of the samples in motion with which rest is left out
 _FORM = 1e-3  # half width, as a share of the value, that no interval falls below
 
@@ -78,9 +78,14 @@ class Solution:
         return made
 
     @property
+    def free(self) -> tuple[Term, ...]:
+        """Terms that nothing is known of beforehand."""
+        return tuple(one for one in self.terms if not self.known(one))
+
+    @property
     def effects(self) -> tuple[str, ...]:
-        """Names, each once."""
-        return tuple(dict.fromkeys(one.effect for one in self.terms))
+        """Names of these, each once."""
+        return tuple(dict.fromkeys(one.effect for one in self.free))
 
 
 class Balance:
@@ -142,7 +147,7 @@ class Balance:
         self,
         terms: Sequence[Term],
         rows: BoolArray | None = None,
-        rounds: int = _ROUNDS,
+        rounds: int = ROUNDS,
         prior: FloatArray | None = None,
     ) -> Solution:
         """Robust least squares (Cauchy loss by reweighting) within the terms' bounds.
@@ -181,7 +186,9 @@ class Balance:
         kept: FloatArray = means[count >= max(3, 0.2 * count.max(initial=0))]
         return kept
 
-    def cross_validated(self, terms: Sequence[Term], scale: float) -> FloatArray:
+    def cross_validated(
+        self, terms: Sequence[Term], scale: float, prior: FloatArray | None = None
+    ) -> FloatArray:
         """Costs of the fitted stretches, each from a fit that left out its fold."""
         fitted = self.fitted
         residual = self.target.copy()
@@ -192,7 +199,7 @@ class Balance:
                 continue
             if rest.sum() < 4 * sum(one.size for one in terms) + 8:
                 return self.by_stretch(np.full(residual.size, np.inf), fitted)
-            solution = self.fit(terms, rest, rounds=3)
+            solution = self.fit(terms, rest, 3, prior)
             residual[out] = solution.residual[out]
         loss = (_LOSS * scale) ** 2 * np.log1p((residual / (_LOSS * scale)) ** 2)
         return self.by_stretch(loss, fitted)

@@ -84,9 +84,9 @@ class Certainty:
 
     def _finer(self, rival: Solution, winner: Solution, term: Term) -> bool:
         """Whether a rival holds all that the closest set does with `term`, and more."""
-        size = sum(one.columns.shape[0] for one in winner.terms)
-        more = sum(one.columns.shape[0] for one in rival.terms) > size
-        return more and self._within([term], rival.terms)
+        size = sum(one.columns.shape[0] for one in winner.free)
+        more = sum(one.columns.shape[0] for one in rival.free) > size
+        return more and self._within([term], rival.free)
 
     def _within(self, simple: Sequence[Term], full: Sequence[Term]) -> bool:
         """Whether terms are a special case of others: then they are a simpler form, no rival."""

@@ -14,10 +14,11 @@ import numpy as np
 
 from ...effects.catalogue import EFFECTS, RIGID
 from ...effects.term import Term
-from .balance import Balance, Solution
+from .balance import Solution
 from .contest import Contest, won_by
+from .null import Null
 from .sets import LEAST_GAIN, Sets
-from .terms import Catalogue, free_means
+from .terms import free_means
 
 _SIMPLER = 0.85  # share of the best gain with which a simpler effect goes first
 _MOST = 8  # terms in a set
@@ -25,8 +26,7 @@ _SINGLES = 8  # shown alone
 
 
 def compete(
-    balance: Balance,
-    catalogue: Catalogue,
+    null: Null,
     floor: float,
     without: Collection[str] = (),
     progress: Callable[[float], None] = lambda share: None,
@@ -34,12 +34,12 @@ def compete(
     """Find the set of effects that explains the balance.
 
     Args:
-        balance, catalogue: of one recording.
+        null: of one recording.
         floor: standard deviation below which there is nothing to explain.
         without: effects to do without.
         progress: called with the share done.
     """
-    sets = Sets(balance, catalogue, floor, without)
+    sets = Sets(null, floor, without)
     base = current = sets.fit([])
     chosen: list[Term] = []
     singles: list[Solution] = []
@@ -59,16 +59,14 @@ def compete(
 
 
 def concluded(
-    balance: Balance,
-    catalogue: Catalogue,
+    null: Null,
     floor: float,
     without: Collection[str],
     contest: Contest,
     chosen: Sequence[Term],
 ) -> Contest:
     """A contest as if `chosen` had come out of it, less what is not missed beside the others."""
-    sets = Sets(balance, catalogue, floor, without)
-    sets.fits = contest.fits
+    sets = Sets(null, floor, without)
     kept = _look_back(sets, [one for one in chosen if one.effect not in sets.barred])
     return won_by(kept, sets, contest.base, contest.singles, contest.tried)
 

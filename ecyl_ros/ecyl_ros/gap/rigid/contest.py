@@ -20,12 +20,14 @@ _RIVALS = 12
 class Contest:
     """What came out.
 
-    base: fit of what the file leaves out alone. winner: with the effects that earned their place.
+    nominal: fit of what the file leaves out alone. base: the null, its constants within their
+    tolerances. winner: with the effects that earned their place.
     order: their terms in the order of gain. path: fit after each was added. singles: base with one
     effect added, best first. without: the set less one effect, refitted. rivals: the set with one
     effect in another's place. swaps: all of these, by the effect that gave way.
     """
 
+    nominal: Solution
     base: Solution
     winner: Solution
     order: tuple[Term, ...]
@@ -55,6 +57,7 @@ def won_by(
     rivals = [fit for pairs in swaps.values() for _, fit in pairs]
     rivals.sort(key=lambda one: one.rms(sets.balance.judged))
     return Contest(
+        nominal=sets.null.nominal(),
         base=base,
         winner=winner,
         order=order,
@@ -63,7 +66,7 @@ def won_by(
         without=without,
         rivals=tuple(rivals[:_RIVALS]),
         swaps=swaps,
-        fits=sets.fits,
+        fits=sets.null.fits,
         tried=tried,
     )
 

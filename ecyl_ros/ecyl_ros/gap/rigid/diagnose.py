@@ -23,6 +23,7 @@ from .floor import repeatability
 from .judge import Judgement
 from .motion import Motion, motion_of
 from .noise import measurement_noise
+from .null import Null
 from .terms import Catalogue
 
 _FINER = 0.8  # a floor below this share of the last one has the effects compete anew
@@ -58,7 +59,8 @@ def diagnose_rigid(
         )
     floor, floor_is = _floor(balance, catalogue, _broad(balance, catalogue))
     floor = min(floor, float(np.std(balance.effort[balance.usable])) or floor)
-    contest = compete(balance, catalogue, floor, without, lambda share: tell(0.1 + 0.4 * share))
+    null = Null(balance, catalogue)
+    contest = compete(null, floor, without, lambda share: tell(0.1 + 0.4 * share))
     # What depends on time, or varies fast over the position, does not repeat until it is known.
     finer, finer_is = _floor(balance, catalogue, contest.winner)
     # A fit that leaves far less than the floor on rows it never saw refutes the floor.
@@ -67,12 +69,12 @@ def diagnose_rigid(
         finer, finer_is = left, "what the closest model leaves"
     if finer < _FINER * floor:
         floor, floor_is = finer, finer_is
-        contest = compete(balance, catalogue, floor, without, lambda share: tell(0.5 + 0.4 * share))
-    judgement = Judgement(balance, catalogue, contest, floor, floor_is)
+        contest = compete(null, floor, without, lambda share: tell(0.5 + 0.4 * share))
+    judgement = Judgement(null, contest, floor, floor_is)
     simplest = judgement.simplest()
     if simplest is not None:
-        contest = concluded(balance, catalogue, floor, without, contest, simplest)
-        judgement = Judgement(balance, catalogue, contest, floor, floor_is)
+        contest = concluded(null, floor, without, contest, simplest)
+        judgement = Judgement(null, contest, floor, floor_is)
     return assembled(judgement, mode, recording, source, drive_name)
 
 

@@ -26,12 +26,12 @@ from ..verdict import (
 )
 from .balance import Balance, Solution
 from .certainty import Certainty
-from .constants import refitted
 from .contest import Contest
 from .noise import measurement_noise
+from .null import Null
 from .spans import spans as spans_of
 from .terms import Catalogue
-from .void import SHEET, SILENT, why_not
+from .void import SILENT, why_not
 
 _CLOSE, _HELPS_CLOSE = 5.0, 0.25  # where no more than so many floors are left, less has to be gone
 _WANDERS = 0.05  # share of the effort that may not repeat where there is to be no gap
@@ -77,7 +77,7 @@ class Judgement:
     """From a contest to a ruling.
 
     Attributes:
-        balance, catalogue, contest: what competed on which recording. The contest is without what
+        null, balance, catalogue, contest: what competed on which recording. The contest is without what
             is not sure enough once `rule` has been called.
         floor, floor_is: standard deviation of what cannot be explained, and what it is.
         judged: bool[m], rows that gap figures are of.
@@ -87,9 +87,10 @@ class Judgement:
     """
 
     def __init__(
-        self, balance: Balance, catalogue: Catalogue, contest: Contest, floor: float, floor_is: str
+        self, null: Null, contest: Contest, floor: float, floor_is: str
     ) -> None:
-        self.balance, self.catalogue, self.contest = balance, catalogue, contest
+        balance, catalogue = null.balance, null.catalogue
+        self.null, self.balance, self.catalogue, self.contest = null, balance, catalogue, contest
         self.floor, self.floor_is = floor, floor_is
         self.white = measurement_noise(catalogue, contest.base)
         self.machine, self.motion = catalogue.machine, balance.motion
@@ -98,10 +99,9 @@ class Judgement:
         self.judged = _moving(judged, balance, catalogue)
         self.spread = float(np.std(balance.effort[self.judged])) or 1.0
         # Gap figures are those of fits that saw a part; values are fitted anew to all of it.
-        plain = balance.fit(contest.winner.terms, balance.usable)
-        self._void = self._voids(plain)
-        self.whole = refitted(balance, catalogue, plain.terms, self._void, balance.usable)
+        self.whole = null.fit(contest.order, balance.usable)
         self.spans = spans_of(balance, self.whole)
+        self._void = self._voids()
         self.certainty = Certainty(balance, contest, self.judged, floor)
         self.notes: list[str] = []
         self._sure: dict[str, tuple[float, float]] = {}
@@ -115,7 +115,7 @@ class Judgement:
 
         That is how any recording comes about, and no gap.
         """
-        base = self.contest.base
+        base = self.contest.nominal
         delay = actuation_delay.term(self.catalogue.along, base.explained(self.balance.nominal))
         delay = dataclasses.replace(delay, low=(-math.inf,))
         fit = self.balance.fit([*base.terms, delay])
@@ -129,20 +129,23 @@ class Judgement:
     def rule(self) -> Ruling:
         """Decide what is named. Call once."""
         contest = closest = self.contest
+        nominal = contest.nominal.rms(self.judged)
         before, best = contest.base.rms(self.judged), contest.winner.rms(self.judged)
         surplus = max(before - self.floor, 1e-12 * before, 1e-300)
         causes = self._causes(before, surplus)
         reason = ""
         # An effort that wanders by itself does not repeat either: that is no floor, but a gap.
         wanders = self.floor > _WANDERS * self.spread and self.floor > 3.0 * self.white
-        no_gap = self._timed(before) <= NO_GAP_RATIO * self.floor and not wanders
+        no_gap = self._timed(nominal) <= NO_GAP_RATIO * self.floor and not wanders
         if wanders:
             self.notes.append(
                 f"{100.0 * self.floor / self.spread:.0f} % of the {self.motion.effort_name} does "
                 "not repeat with the motion: it depends on something that was not recorded"
             )
         helps = self._helps(before, best, surplus)
-        named = bool(causes) and helps and not no_gap
+        # Where constants within their tolerances do, there is nothing left to explain.
+        settled = no_gap or (before <= NO_GAP_RATIO * self.floor and not wanders)
+        named = bool(causes) and helps and not settled
         if named and any(self._unsure(one) for one in contest.order):
             causes = self._sure_ones(causes, before, surplus)
             if not causes:
@@ -154,18 +157,18 @@ class Judgement:
             if not most:
                 contest, best = self.contest, self.contest.winner.rms(self.judged)
             named = bool(causes)
-        if causes and not named and not no_gap:
+        if causes and not named and not settled:
             tried = ", ".join(one.title for one in causes)
             self.notes.append(f"closest in the catalogue, but too unsure to be named: {tried}")
-        final = contest.winner if named else contest.base
-        if named:  # the file's constants are no better known than their tolerances
-            final = refitted(self.balance, self.catalogue, final.terms, self._void)
+        final = contest.winner if named else contest.nominal
         after = final.rms(self.judged)
         silent = sum(one in SILENT for one in self._void.values())
-        within_sheet = not named and not no_gap and self._is_sheet(closest)
+        within_sheet = not named and not no_gap and bool(self.null.uncertain)
+        within_sheet = within_sheet and before <= STRUCTURELESS * self.floor and not wanders
         if within_sheet:
-            final, after = closest.winner, closest.winner.rms(self.judged)
-        shrink = shrink_of(before, after, surplus) if named or within_sheet else 0.0
+            final, after = closest.base, before
+        gap = max(nominal - self.floor, surplus)
+        shrink = shrink_of(nominal, after, gap) if named or within_sheet else 0.0
         whole = not named or len(self.contest.order) + silent >= self._competed
         signal = float(np.sqrt(np.mean(self.balance.effort[self.judged] ** 2)))
         flat = self.floor > _FLAT * signal and after <= STRUCTURELESS * self.floor
@@ -190,9 +193,9 @@ class Judgement:
         return Ruling(
             verdict=verdict,
             causes=tuple(causes) if named else (),
-            base=contest.base,
+            base=contest.nominal,
             final=final,
-            before=before,
+            before=nominal,
             after=after,
             best=best,
             shrink=shrink,
@@ -200,19 +203,12 @@ class Judgement:
             reason=reason if verdict == "not_judgeable" else "",
         )
 
-    def _is_sheet(self, closest: Contest) -> bool:
-        """Whether constants within their tolerances bring the model to the floor."""
-        voids = [self._void[one.key] for one in closest.order]
-        near = closest.winner.rms(self.judged) <= STRUCTURELESS * self.floor
-        return near and SHEET in voids and all(one in SILENT for one in voids)
-
-    def _voids(self, plain: Solution) -> dict[str, str]:
+    def _voids(self) -> dict[str, str]:
         """Why a term of the closest set is no cause, by its key; empty where it may be one."""
-        spans = spans_of(self.balance, plain)
         found, at = {}, 0
-        for term in plain.terms:
+        for term in self.whole.free:
             found[term.key] = why_not(
-                self.balance, self.catalogue.along, plain, term, spans[term.key], at
+                self.balance, self.catalogue.along, self.whole, term, self.spans[term.key], at
             )
             at += term.columns.shape[0]
         return found
@@ -320,7 +316,7 @@ class Judgement:
         All stay in the fit that values come from: what acts and is not named would bend the values
         of what is. Gap figures are of what is named alone.
         """
-        balance, contest = self.balance, self.contest
+        contest = self.contest
         kept = []
         for one, term in zip(causes, contest.order, strict=True):
             if not self._unsure(term):
@@ -335,8 +331,7 @@ class Judgement:
                 why = self._void[term.key] or why
                 if why not in SILENT:  # of any recording, and not worth a word
                     self.notes.append(f"{one.title}: {why}")
-        unknown = self.catalogue.unknown()
-        path = [balance.fit([*unknown, *kept[: end + 1]]) for end in range(len(kept))]
+        path = [self.null.fit(kept[: end + 1]) for end in range(len(kept))]
         self.contest = dataclasses.replace(
             contest, winner=path[-1] if path else contest.base, order=tuple(kept), path=tuple(path)
         )
@@ -350,7 +345,7 @@ def _moving(judged: BoolArray, balance: Balance, catalogue: Catalogue) -> BoolAr
     modelled.
     """
     motion = balance.motion
-    if not any(catalogue.model.coulomb) and not catalogue.model.shapes:
+    if not catalogue.along.rubs and not catalogue.model.shapes:
         return judged
     resting = np.abs(motion.velocity) < _SLOW * catalogue.along.soft
     resting[1:] |= np.signbit(motion.velocity[1:]) != np.signbit(motion.velocity[:-1])

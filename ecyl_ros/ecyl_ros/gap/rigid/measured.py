@@ -24,7 +24,7 @@ def measured(
     closest: the set whose values they are. left: fit to all rows, of the same or a smaller set.
     """
     model = along.model
-    terms = list(closest.terms)
+    terms = list(closest.free)
     keys = {one.key for one in terms}
     refined = {name for one in terms for name in one.refines} | {one.effect for one in terms}
     known = [inertia.term(along)]

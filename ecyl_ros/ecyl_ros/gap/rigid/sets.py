@@ -12,10 +12,11 @@ from ...effects import constant_load
 from ...effects.catalogue import RIGID
 from ...effects.term import Left, Term
 from ..diagnosis import FloatArray
-from .balance import Balance, Solution
+from .balance import Solution
 from .floor import pairs
+from .null import Null
 from .search import left_by
-from .terms import Catalogue, free_means
+from .terms import free_means
 
 LEAST_GAIN = 0.12  # of the squared residual above the floor
 SURE = 2.5  # standard errors over the stretches, fitted ones
@@ -55,24 +56,19 @@ class Sets:
     """See the module.
 
     Attributes:
-        balance, catalogue: of one recording. floor: standard deviation below which there is nothing
-            to explain. barred: effects to do without. unknown: terms of every set.
-        fits: made so far.
+        null: what every set is fitted beside. balance, catalogue: its own. floor: standard
+            deviation below which there is nothing to explain. barred: effects to do without.
     """
 
-    def __init__(
-        self, balance: Balance, catalogue: Catalogue, floor: float, without: Collection[str]
-    ) -> None:
-        self.balance, self.catalogue, self.floor = balance, catalogue, floor
-        self.barred = set(without)
-        self.unknown = catalogue.unknown()
-        self.fits = 0
-        self._same = pairs(balance, not catalogue.machine.linear and catalogue.along.turns)
+    def __init__(self, null: Null, floor: float, without: Collection[str]) -> None:
+        self.null, self.balance, self.catalogue = null, null.balance, null.catalogue
+        self.floor, self.barred = floor, set(without)
+        catalogue = self.catalogue
+        self._same = pairs(self.balance, not catalogue.machine.linear and catalogue.along.turns)
 
     def fit(self, terms: Sequence[Term]) -> Solution:
-        """A set with what no balance can do without."""
-        self.fits += 1
-        return self.balance.fit([*self.unknown, *terms])
+        """A set beside the null."""
+        return self.null.fit(terms)
 
     def left(self, current: Solution, chosen: Sequence[Term]) -> Left:
         """What a set leaves."""
@@ -108,7 +104,7 @@ class Sets:
 
     def standing(self, current: Solution, chosen: Sequence[Term]) -> Standing:
         """Of a set whose fit is `current`."""
-        now = self.balance.cross_validated([*self.unknown, *chosen], current.scale)
+        now = self.null.cross_validated(chosen, current.scale)
         cap = _cap(now)
         now = np.minimum(now, cap)
         return Standing(now, cap, self._surplus(now), current.scale)
@@ -141,8 +137,7 @@ class Sets:
         return gain.share >= 0.5 * LEAST_GAIN and gain.sureness >= _HELD_SURE
 
     def _validated(self, standing: Standing, terms: Sequence[Term]) -> FloatArray:
-        self.fits += self.balance.FOLDS
-        return self.balance.cross_validated([*self.unknown, *terms], standing.scale)
+        return self.null.cross_validated(terms, standing.scale)
 
     def _surplus(self, costs: FloatArray) -> float:
         """Squared residual above the floor.

@@ -12,7 +12,7 @@ import numpy as np
 from ...drive.rigid.machine import Machine
 from ...drive.rigid.packed import model_of
 from ...drive.rigid.units import Units
-from ...effects import load_inertia_error
+from ...effects import load_inertia_error, torque_constant_error
 from ...effects.along import Along
 from ...effects.catalogue import RIGID, rigid_forms
 from ...effects.term import Left, Term
@@ -55,8 +55,13 @@ class Catalogue:
         return made
 
     def unknown(self) -> list[Term]:
-        """What the file leaves out and no balance can do without: the inertia."""
-        return [] if self.along.known_inertia else [load_inertia_error.term(self.along)]
+        """What the file leaves out and no balance can do without: the gain, the inertia."""
+        along, found = self.along, list[Term]()
+        if not along.known_gain and any(along.model.keys):
+            found.append(torque_constant_error.term(along))
+        if not (along.known_inertia or along.model.keys.inertia):
+            found.append(load_inertia_error.term(along))
+        return found
 
     def candidates(self, left: Left) -> list[Term]:
         """Every term that a set may be extended by, given what it leaves."""

@@ -1,0 +1,97 @@
+"""What every set of effects is fitted beside: what the file leaves out, and its uncertain constants.
+
+A constant is no better known than its tolerance, and is fitted at the price of a pull on it; what
+the file leaves out is free. Alone this is the null: the best that the data sheet allows.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from ...drive.rigid.machine import KEYS
+from ...effects.catalogue import RIGID, rigid_forms
+from ...effects.term import Term
+from ..diagnosis import BoolArray, FloatArray
+from .balance import ROUNDS, Balance, Solution
+from .terms import Catalogue
+
+_GAIN = "actuation.gain"
+
+
+class Uncertain(NamedTuple):
+    """A constant as a term; width: half of its tolerance, in what the coefficient counts."""
+
+    term: Term
+    width: float
+
+
+class Null:
+    """See the module.
+
+    Attributes:
+        balance, catalogue: of one recording. unknown: terms of what the file leaves out.
+        uncertain: its constants.
+        fits: made so far.
+    """
+
+    def __init__(self, balance: Balance, catalogue: Catalogue) -> None:
+        self.balance, self.catalogue = balance, catalogue
+        self.unknown = catalogue.unknown()
+        self.uncertain = self._uncertain()
+        self.fits = 0
+
+    def fit(
+        self, terms: Sequence[Term], rows: BoolArray | None = None, rounds: int = ROUNDS
+    ) -> Solution:
+        """A set of effects beside the null; rows: bool[m], the fitted ones unless given."""
+        self.fits += 1
+        every, prior = self._beside(terms)
+        return self.balance.fit(every, rows, rounds, prior)
+
+    def cross_validated(self, terms: Sequence[Term], scale: float) -> FloatArray:
+        """See `Balance.cross_validated`."""
+        self.fits += self.balance.FOLDS
+        every, prior = self._beside(terms)
+        return self.balance.cross_validated(every, scale, prior)
+
+    def nominal(self, rows: BoolArray | None = None) -> Solution:
+        """The file's values as they stand."""
+        self.fits += 1
+        return self.balance.fit(self.unknown, rows)
+
+    def _beside(self, terms: Sequence[Term]) -> tuple[list[Term], FloatArray]:
+        """With every constant that no effect of the set stands for; and what they are known to."""
+        taken = {name for one in terms for name in (one.effect, *one.refines)}
+        beside = [one for one in self.uncertain if one.term.effect not in taken]
+        every = [*self.unknown, *terms, *(one.term for one in beside)]
+        free = sum(one.columns.shape[0] for one in every) - len(beside)
+        return every, np.array([*[0.0] * free, *(2.0 / one.width for one in beside)])
+
+    def _uncertain(self) -> list[Uncertain]:
+        catalogue = self.catalogue
+        machine, linear = catalogue.machine, catalogue.machine.linear
+        per_own = self._per_own()
+        found = []
+        for key, width in machine.half_widths().items():
+            if width <= 0.0 or any(key in RIGID[one.name].constant for one in machine.effects):
+                continue
+            # The gain's coefficient is a share; others count effort as it was recorded.
+            scale = 1.0 / float(getattr(machine, KEYS[key].field)) if key == _GAIN else per_own
+            found += [
+                Uncertain(form.term(catalogue.along), scale * width)
+                for form in rigid_forms(linear).values()
+                if form.constant[not linear] == key
+            ]
+        return found
+
+    def _per_own(self) -> float:
+        """Effort as recorded per N or N m."""
+        along = self.catalogue.along
+        if along.known_gain:
+            return along.model.counted
+        plain = self.balance.fit(self.unknown)
+        gains = [float(plain.of(one)[0]) for one in self.unknown if one.key == "gain"]
+        return gains[0] if gains else 0.0
