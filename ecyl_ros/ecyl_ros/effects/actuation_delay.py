@@ -45,22 +45,24 @@ EFFECT = Effect(
 )
 
 
-# Less between effort and motion than so many sampling periods is that of sampling and holding: a
-# command is held for a period after it was recorded; a speed is a difference over two.
-LATE = 2.0
+# Less between effort and motion than so many sampling periods is that of sampling and holding: up
+# to two from one signal to another in a log, and half of one for which a command is held.
+LATE = 2.5
 SAMPLING = "within the lag of sampling and holding"
 
 
-def term(along: Along, explained: FloatArray) -> Term:
-    """Effort ahead of a rigid drive's motion (a late actuator), or, negative, recorded behind it.
+def term(along: Along, explained: FloatArray, delay_s: float) -> Term:
+    """Effort ahead of a rigid drive's motion: a late actuator.
 
-    explained: effort explained so far, float64[n].
+    explained: effort explained so far, float64[n]. delay_s: about what it will come to.
     """
     rate_hz = along.motion.rate_hz
+    delay_s = max(delay_s, 1.0 / rate_hz)
+    ahead = np.interp(along.motion.time_s + delay_s, along.motion.time_s, explained)
     return Term(
         effect="actuation_delay",
         key="delay",
-        columns=np.gradient(explained, 1.0 / rate_hz)[None],
+        columns=((ahead - explained) / delay_s)[None],
         parameters=lambda c: (("delay_s", "s", float(c[0])),),
         values=lambda c: {"delay": float(c[0])},
         low=(0.0,),
@@ -73,7 +75,7 @@ def term(along: Along, explained: FloatArray) -> Term:
 RIGID = RigidForm(
     stems=(Stem("delay", "time", -1.0, 1.0, "from effort to motion"),),
     term=term,
-    tried=lambda along, left: [(left.explained,)],
+    tried=lambda along, left: [(left.explained, left.delay())],
     modify=lambda model, values: replace(model, delay_s=model.delay_s + values["delay"]),
     void=lambda fitted: SAMPLING if fitted.spans[0].value <= fitted.term.least else plain(fitted),
     merged=added,

@@ -22,7 +22,7 @@ EFFECT = Effect(
 
 
 def term(along: Along) -> Term:
-    """A sine of the angle, once per turn."""
+    """A sine of the angle, once per turn; of an output that goes round cogging may be one, too."""
     return sine(
         along.motion.position,
         "amplitude",
@@ -30,6 +30,7 @@ def term(along: Along) -> Term:
         effect="gravity_on_arm",
         key="gravity",
         refines=("constant_load", "spring_load"),
+        alternatives=("cogging_torque", "encoder_eccentricity") if along.turns else (),
         mean=True,
     )
 
@@ -37,7 +38,7 @@ def term(along: Along) -> Term:
 RIGID = RigidForm(
     stems=(Stem("amplitude", "level", 0.0, HUGE, "weight of an arm"), phase_stem("angle 0")),
     term=term,
-    tried=lambda along, left: [] if along.machine.linear or along.turns else [()],
+    tried=lambda along, left: [] if along.machine.linear else [()],
     coefficients=lambda values: parts(values["amplitude"], values["phase"]),
     twins=("spring_load",),
 )

@@ -58,6 +58,7 @@ def term(along: Along) -> Term:
         parameters=lambda c: ((name, unit, nominal + float(c[0])),),
         values=lambda c: {"inertia": float(c[0])},
         low=(-nominal,),
+        inertia=1.0,
         alternatives=("torque_constant_error",) if scaled else (),
     )
 

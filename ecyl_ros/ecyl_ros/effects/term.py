@@ -56,6 +56,7 @@ class Term:
             was searched; 0 where it can only be a whole number.
         rate: of a sine, per rad of the turn (per m, in Hz over time). phase: float64[n] of it.
             over_time: whether it is one of time.
+        inertia: share of the acceleration in its first column.
         follows: whether its columns follow what is explained so far. again: the same along another
             effort, float64[n], where it has to be followed on.
     """
@@ -78,6 +79,7 @@ class Term:
     rate: float = 0.0
     phase: FloatArray = field(default_factory=lambda: np.zeros(0))
     over_time: bool = False
+    inertia: float = 0.0
     follows: bool = False
     again: Callable[[FloatArray], Term] | None = None
 
@@ -102,6 +104,7 @@ class Left:
             float64[n], where one is given.
         lines: Hz of the strongest lines over time that are not the motion's own, best first.
         window: middle and width of the part of the travel that drags most; width 0: none does.
+        delay: s by which the effort is ahead of what explains it, at the least 0.
         nearest: order, or (over time) Hz, of the sine that comes closest to a periodic term; 0
             where none can.
     """
@@ -110,6 +113,7 @@ class Left:
     orders: Callable[[FloatArray | None], Sequence[float]]
     lines: Callable[[], Sequence[float]]
     window: Callable[[], tuple[float, float]]
+    delay: Callable[[], float]
     nearest: Callable[[Term, bool], float]
 
 

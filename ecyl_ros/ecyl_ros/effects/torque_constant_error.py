@@ -57,6 +57,7 @@ def term(along: Along) -> Term:
         parameters=lambda c: ((name, unit, gain / (ratio + float(c[0]))),),
         values=lambda c: {"ratio": float(c[0])},
         low=(-0.9 * ratio or 1.0 / HUGE,),
+        inertia=along.model.keys.inertia,
     )
 
 

@@ -20,7 +20,7 @@ from .robust import robust_weights
 
 # The square of a normal variable by chance: 1 of 2000 sound constants saves more.
 STRAINED = 12.0
-_UNSEEN = 1e-3  # share below which a constant is where the sheet has it
+UNSEEN = 1e-3  # share below which a constant is where the sheet has it
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,7 +55,7 @@ def strains(fit: Fit, fitter: Fitter) -> list[Strain]:
     for index, row in enumerate(fit.pulled, first):
         # What the recording says of it, as a share of what it and the sheet say together.
         seen = 1.0 - 4.0 * float(inverse[index, index])
-        if seen <= _UNSEEN:
+        if seen <= UNSEEN:
             continue
         pull = float(fit.pulls[row])
         moved = inverse[:, index] * 4.0 * pull / seen

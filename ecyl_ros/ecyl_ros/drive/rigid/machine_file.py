@@ -13,7 +13,6 @@ import os
 from collections.abc import Mapping
 from typing import Any
 
-from ...effects.catalogue import RIGID as FORMS
 from ...errors import InputError
 from ..drive_file import NODE_KEYS, read_parameter_file, resolve_drive
 from ..tolerances import RIGID, stated_tolerances

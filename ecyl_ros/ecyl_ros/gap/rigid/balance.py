@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +24,7 @@ MOST_STRETCHES = 48  # what is left is correlated over time: more of them say no
 _LOSS = 5.0  # residuals beyond so many robust standard deviations lose their weight (Cauchy)
 ROUNDS = 6
 _LEAST_MOVING = 0.2  # share of the samples in motion with which rest is left out
+_MOST_BLUR = 0.5  # of what is known of the acceleration that noise may have brought
 _FORM = 1e-3  # half width, as a share of the value, that no interval falls below
 
 
@@ -37,6 +39,7 @@ class Solution:
         prior: float64[k], one over the standard deviation that a coefficient is known with about
             0 beforehand; 0 where nothing is. share: squared residuals that the square of a
             coefficient over that counts as.
+        evidence: independent pieces that the recording holds.
     """
 
     terms: tuple[Term, ...]
@@ -46,6 +49,7 @@ class Solution:
     scale: float
     prior: FloatArray
     share: float
+    evidence: float
 
     def of(self, term: Term) -> FloatArray:
         """The coefficients of one term."""
@@ -70,6 +74,20 @@ class Solution:
         """Of what it leaves on `rows`, bool[m]."""
         return float(np.sqrt(np.mean(self.residual[rows] ** 2)))
 
+    @property
+    def price(self) -> float:
+        """Of the pulls on the sheet, see `gap.sheet`."""
+        return float(np.sum((self.prior * self.coefficients) ** 2))
+
+    @property
+    def dearer(self) -> float:
+        """What a mean square counts by that price, over its own value."""
+        return math.exp(min(self.price / self.evidence, 100.0))
+
+    def priced(self, rows: BoolArray) -> float:
+        """RMS of what it leaves on `rows`, bool[m], raised by that price."""
+        return self.rms(rows) * math.sqrt(self.dearer)
+
     def explained(self, nominal: FloatArray) -> FloatArray:
         """Effort explained on the grid of the motion: nominal plus the terms."""
         made = nominal.copy()
@@ -88,6 +106,18 @@ class Solution:
         return tuple(dict.fromkeys(one.effect for one in self.free))
 
 
+class Blur(NamedTuple):
+    """Noise of the acceleration, which regressions have to be freed of.
+
+    inertia: of the nominal model, with which the target holds it. noise: standard deviation within
+    the band that is sure. counted: that with the steps of the encoder.
+    """
+
+    inertia: float = 0.0
+    noise: float = 0.0
+    counted: float = 0.0
+
+
 class Balance:
     """Measured effort less what the nominal model asks, and what may explain the rest.
 
@@ -99,11 +129,15 @@ class Balance:
 
     FOLDS = 4
 
-    def __init__(self, motion: Motion, nominal: FloatArray) -> None:
+    def __init__(
+        self, motion: Motion, nominal: FloatArray, blur: Blur | None = None, lag_s: float = 0.0
+    ) -> None:
+        """lag_s: by which the effort was recorded ahead of the motion."""
         self.motion = motion
+        self.blur = blur or Blur()
         self.nominal = nominal
-        self.effort = motion.filtered(motion.effort)
-        self.target = motion.filtered(motion.effort - nominal)
+        self.effort = motion.shifted(motion.effort, np.array([lag_s]))[0]
+        self.target = self.effort - motion.filtered(nominal)
         rows = motion.rows
         self.time_s = motion.time_s[rows]
         moving = (motion.usable & ~at_rest(motion))[rows]
@@ -161,17 +195,29 @@ class Balance:
         weights = np.ones(self.target.size)
         coefficients = np.zeros(columns.shape[1])
         prior = np.zeros(columns.shape[1]) if prior is None else prior
+        rate = self.motion.rate_hz / self.motion.step
+        evidence = max(float(rows.sum()) * min(EVIDENCE_PER_S / rate, 1.0), 1.0)
         share = 0.0
         residual = self.target
         scale = _scale(residual[rows])
         for _ in range(rounds if terms else 0):
-            share = scale**2 * max(self.motion.rate_hz / self.motion.step / EVIDENCE_PER_S, 1.0)
+            share = scale**2 * max(rate / EVIDENCE_PER_S, 1.0)
             ridge = prior**2 * share
-            coefficients = _solve(columns[rows], self.target[rows], weights[rows], low, ridge)
+            blurred = self._blurred(terms)
+            coefficients = _solve(
+                columns[rows], self.target[rows], weights[rows], low, ridge, blurred, self.blur
+            )
             residual = self.target - columns @ coefficients
             scale = _scale(residual[rows])
             weights = 1.0 / (1.0 + (residual / (_LOSS * scale)) ** 2)
-        return Solution(tuple(terms), coefficients, residual, weights, scale, prior, share)
+        return Solution(
+            tuple(terms), coefficients, residual, weights, scale, prior, share, evidence
+        )
+
+    def _blurred(self, terms: Sequence[Term]) -> FloatArray:
+        """Share of the acceleration in each column, float64[k]."""
+        made = [[one.inertia, *[0.0] * (one.columns.shape[0] - 1)] for one in terms]
+        return np.array([value for row in made for value in row])
 
     def costs(self, solution: Solution, scale: float, rows: BoolArray) -> FloatArray:
         """Robust squared residual of each stretch among `rows`: mean over its samples."""
@@ -213,9 +259,7 @@ class Balance:
         columns = self.columns(solution.terms)[rows]
         weights = solution.weights[rows]
         residual = solution.residual[rows]
-        gram = (columns * weights[:, None]).T @ columns
-        ridge = solution.prior**2 * solution.share
-        inverse = np.linalg.pinv(gram + np.diag(ridge), hermitian=True)
+        inverse = self._inverse(solution, columns, weights)
         labels = np.unique(self.stretch[rows], return_inverse=True)[1]
         count = int(labels.max()) + 1
         scores = np.zeros((count, columns.shape[1]))
@@ -228,9 +272,38 @@ class Balance:
         grown = np.sqrt(np.maximum(np.diag(white) / np.maximum(np.diag(made), 1e-300), 1.0))
         return made * np.outer(grown, grown), count
 
+    def _inverse(
+        self, solution: Solution, columns: FloatArray, weights: FloatArray
+    ) -> FloatArray:
+        """Of the normal equations, float64[k, k]; columns, weights: float64[m, ...] of its rows."""
+        gram = (columns * weights[:, None]).T @ columns + np.diag(
+            solution.prior**2 * solution.share
+        )
+        blurred = self._blurred(solution.terms)
+        gram -= _freed(gram, blurred, float(weights.sum()) * self.blur.noise**2)
+        made: FloatArray = np.linalg.pinv(gram, hermitian=True)
+        return made
+
+    def unsure(self, solution: Solution, rows: BoolArray) -> FloatArray:
+        """How far coefficients may be off by the steps of the encoder, float64[k], signed.
+
+        Noise in a column makes its coefficient too small; how much of the steps is noise depends on
+        how the motion meets them.
+        """
+        blurred = self._blurred(solution.terms)
+        columns, weights = self.columns(solution.terms)[rows], solution.weights[rows]
+        inverse = self._inverse(solution, columns, weights)
+        more = max(self.blur.counted**2 - self.blur.noise**2, 0.0) * float(weights.sum())
+        told = float(blurred @ inverse @ blurred)
+        more = min(more, _MOST_BLUR / told if told > 0.0 else 0.0)
+        inertia = self.blur.inertia + float(blurred @ solution.coefficients)
+        made: FloatArray = more * inertia * (inverse @ blurred)
+        return made
+
     def intervals(self, solution: Solution, rows: BoolArray) -> dict[str, list[Interval]]:
         """95 % intervals of the parameters of each term, by its key; by the delta method."""
         covariance, count = self.covariance(solution, rows)
+        unsure = self.unsure(solution, rows)
         quantile = float(student.ppf(0.975, max(count - solution.coefficients.size, 2)))
         found: dict[str, list[Interval]] = {}
         at = 0
@@ -248,11 +321,13 @@ class Balance:
                 for number, (_, _, value) in enumerate(term.parameters(moved)):
                     slopes[number, index] = (value - base[number][2]) / step
             for number, (name, unit, value) in enumerate(base):
+                off = float(slopes[number] @ unsure[at : at + size])
                 spread = math.sqrt(max(float(slopes[number] @ part @ slopes[number]), 0.0))
                 half = math.hypot(quantile * spread, _FORM * abs(value))
                 if name in term.fixed:
                     half = quantile * _searched(term, name, value, base[0][2], part)
-                made.append(Interval(name, unit, value, value - half, value + half))
+                low, high = value - half + min(off, 0.0), value + half + max(off, 0.0)
+                made.append(Interval(name, unit, value, low, high))
             found[term.key] = made
             at += size
         return found
@@ -297,22 +372,41 @@ def _scale(residual: FloatArray) -> float:
     return max(middle, 1e-3 * float(np.sqrt(np.mean(residual**2))), 1e-300)
 
 
+def _freed(gram: FloatArray, blurred: FloatArray, noise: float) -> FloatArray:
+    """What noise of the acceleration adds to normal equations, float64[k, k].
+
+    No more of it than half of what they say of the acceleration. noise: its square, summed.
+    """
+    if not (noise > 0.0 and np.any(blurred)):
+        return np.zeros_like(gram)
+    told = noise * float(blurred @ np.linalg.pinv(gram, hermitian=True) @ blurred)
+    made: FloatArray = noise * min(1.0, _MOST_BLUR / max(told, 1e-300)) * np.outer(blurred, blurred)
+    return made
+
+
 def _solve(
     columns: FloatArray,
     target: FloatArray,
     weights: FloatArray,
     low: FloatArray,
     ridge: FloatArray,
+    blurred: FloatArray,
+    blur: Blur,
 ) -> FloatArray:
     """Weighted least squares with lower bounds, by normal equations of scaled columns.
 
-    ridge: float64[k], what the square of a coefficient costs beside the squared residuals.
+    ridge: float64[k], what the square of a coefficient costs beside the squared residuals. blurred:
+    float64[k], share of the acceleration in each column, whose noise is taken out of both sides.
     """
     size = np.sqrt(np.mean(columns**2, axis=0))
     size[size == 0.0] = 1.0
     scaled = columns / size
     weighted = scaled * weights[:, None]
     gram, aim = weighted.T @ scaled + np.diag(ridge / size**2), weighted.T @ target
+    if np.any(blurred):
+        freed = _freed(gram, blurred / size, float(weights.sum()) * blur.noise**2)
+        gram -= freed
+        aim += blur.inertia * freed @ (blurred / size) / float(np.sum((blurred / size) ** 2))
     found: FloatArray = np.linalg.lstsq(gram, aim, rcond=1e-12)[0] / size
     if np.all(found >= low):
         return found

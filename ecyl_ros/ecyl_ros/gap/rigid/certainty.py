@@ -37,7 +37,7 @@ class Certainty:
         comes; the second is its share of the first among what this recording cannot tell from it.
         """
         winner = self.contest.winner
-        best = max(winner.rms(self.judged), 1e-300)
+        best = max(winner.priced(self.judged), 1e-300)
         held = {one.effect for one in self.contest.order}
         # The same columns, but less common; of a term of several parts they give but one.
         parts = 1 + bool(term.refines)
@@ -57,18 +57,20 @@ class Certainty:
             if term.effect in other.contained or self._finer(rival, winner, term):
                 continue  # a finer form of the same
             if other.effect == term.effect:  # another order or line, as good as the one found
-                behind = min(behind, max(rival.rms(self.judged), best))
+                behind = min(behind, max(rival.priced(self.judged), best))
                 continue
             if other.effect in held:
                 continue
             apart = self._apart(winner, rival)
             simpler = self._within([other], [term])
-            near = apart <= unknown or rival.rms(self.judged) <= math.hypot(1.0, _ALIKE) * best
+            worse = math.hypot(1.0, _ALIKE)
+            alike = apart <= unknown and rival.dearer <= worse**2 * winner.dearer
+            near = alike or rival.priced(self.judged) <= worse * best
             if not simpler and near and apart <= math.sqrt(_OWN) * own:
                 weight = _UNLIKELY ** max(EFFECTS[other.effect].rarity - rarity, 0)
                 weights.setdefault(other.effect, weight)
             else:
-                behind = min(behind, max(rival.rms(self.judged), best))
+                behind = min(behind, max(rival.priced(self.judged), best))
         sure = 1.0 - math.exp(-max(behind / best - 1.0, 0.0) / 0.03)
         # Where the effort stood still while the output moved, something else drives it, too.
         acts = min(0.5 + 0.5 * sure, _CERTAIN) * (1.0 - self.balance.motion.standing)

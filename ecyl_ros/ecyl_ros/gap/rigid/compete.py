@@ -14,6 +14,7 @@ import numpy as np
 
 from ...effects.catalogue import EFFECTS, RIGID
 from ...effects.term import Term
+from ..strain import STRAINED
 from .balance import Solution
 from .contest import Contest, won_by
 from .null import Null
@@ -96,7 +97,8 @@ def _ranked(
         if float(plain.of(one)[0]) <= one.least:
             continue
         off = float(np.mean(standing.costs)) - sets.glimpsed(standing, plain)
-        if off < 0.5 * LEAST_GAIN * standing.surplus:
+        relieves = standing.price - plain.price > STRAINED
+        if off < (0.0 if relieves else 0.5 * LEAST_GAIN) * standing.surplus:
             continue
         gain = sets.gained(standing, more)
         if gain is None:

@@ -55,7 +55,7 @@ def won_by(
         without[effect] = sets.fit([one for one in chosen if one.effect != effect])
     swaps = _swaps(sets, chosen)
     rivals = [fit for pairs in swaps.values() for _, fit in pairs]
-    rivals.sort(key=lambda one: one.rms(sets.balance.judged))
+    rivals.sort(key=lambda one: one.priced(sets.balance.judged))
     return Contest(
         nominal=sets.null.nominal(),
         base=base,
@@ -76,7 +76,7 @@ def _ordered(sets: Sets, chosen: Sequence[Term]) -> tuple[tuple[Term, ...], tupl
     left, taken, path = list(chosen), list[Term](), list[Solution]()
     while left:
         fits = [(sets.fit([*taken, one]), one) for one in left]
-        fit, one = min(fits, key=lambda item: item[0].rms(sets.balance.judged))
+        fit, one = min(fits, key=lambda item: item[0].priced(sets.balance.judged))
         taken.append(one)
         left.remove(one)
         path.append(fit)
@@ -105,7 +105,7 @@ def _swaps(sets: Sets, chosen: Sequence[Term]) -> dict[str, tuple[tuple[Term, So
             (one, sets.fit([*(o for o in others if o.effect not in one.refines), one]))
             for one in pool
         ]
-        found[out] = tuple(sorted(fits, key=lambda pair: pair[1].rms(sets.balance.judged)))
+        found[out] = tuple(sorted(fits, key=lambda pair: pair[1].priced(sets.balance.judged)))
     return found
 
 

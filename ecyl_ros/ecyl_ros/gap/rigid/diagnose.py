@@ -17,12 +17,13 @@ from ...errors import InputError
 from ...recording.signals import Recording
 from ..diagnosis import Diagnosis
 from .assemble import assembled
-from .balance import Balance, Solution
+from .balance import Balance, Blur, Solution
 from .compete import compete, concluded
 from .floor import repeatability
 from .judge import Judgement
+from .lag import sampling_lag
 from .motion import Motion, motion_of
-from .noise import measurement_noise
+from .noise import acceleration_noise, measurement_noise, weighed
 from .null import Null
 from .terms import Catalogue
 
@@ -50,7 +51,16 @@ def diagnose_rigid(
     _check(motion, machine, source)
     tell(0.05)
     catalogue = Catalogue(motion, machine)
-    balance = Balance(motion, catalogue.nominal())
+    motion = weighed(motion, _inertia(catalogue))
+    catalogue = Catalogue(motion, machine)
+    blur = Blur(
+        catalogue.model.inertia or 0.0,
+        acceleration_noise(motion),
+        acceleration_noise(motion, counted=True),
+    )
+    balance = Balance(motion, catalogue.nominal(), blur)
+    lag_s = sampling_lag(motion, catalogue.along, balance.fitted)
+    balance = Balance(motion, catalogue.nominal(), blur, lag_s)
     if int(balance.usable.sum()) < 8 * _TOO_LITTLE:
         raise InputError(
             f"{source}: {int(balance.usable.sum())} samples can be compared at a bandwidth of "
@@ -76,6 +86,16 @@ def diagnose_rigid(
         contest = concluded(null, floor, without, contest, simplest)
         judgement = Judgement(null, contest, floor, floor_is)
     return assembled(judgement, mode, recording, source, drive_name)
+
+
+def _inertia(catalogue: Catalogue) -> float:
+    """About what it is, in the unit of the effort: by the file, or by the motion."""
+    if catalogue.model.inertia is not None:
+        return catalogue.model.inertia
+    fit = _broad(Balance(catalogue.motion, catalogue.nominal()), catalogue)
+    keys = catalogue.model.keys
+    scale = {"inertia": 1.0, "gain": keys.inertia}
+    return sum(float(fit.of(one)[0]) * scale.get(one.key, 0.0) for one in fit.terms)
 
 
 def _check(motion: Motion, machine: Machine, source: str) -> None:

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import dataclasses
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.ndimage import maximum_filter1d
 
-from ...effects import actuation_delay, load_coulomb_friction, load_viscous_friction
-from ...effects.actuation_delay import LATE
+from ...effects import load_coulomb_friction, load_viscous_friction
 from ...effects.catalogue import EFFECTS
 from ...effects.term import Term
 from ..diagnosis import BoolArray, Cause, FittedParameter
@@ -29,7 +27,6 @@ from .certainty import Certainty
 from .contest import Contest
 from .noise import measurement_noise
 from .null import Null
-from .spans import spans as spans_of
 from .terms import Catalogue
 from .void import SILENT, why_not
 
@@ -100,7 +97,7 @@ class Judgement:
         self.spread = float(np.std(balance.effort[self.judged])) or 1.0
         # Gap figures are those of fits that saw a part; values are fitted anew to all of it.
         self.whole = null.fit(contest.order, balance.usable)
-        self.spans = spans_of(balance, self.whole)
+        self.spans = balance.intervals(self.whole, balance.usable)
         self._void = self._voids()
         self.certainty = Certainty(balance, contest, self.judged, floor)
         self.notes: list[str] = []
@@ -110,18 +107,6 @@ class Judgement:
         self._shares_all: dict[str, float] = {}
         self._competed = len(contest.order)
 
-    def _timed(self, before: float) -> float:
-        """`before`, less what a shift between effort and motion by a sample or so takes off.
-
-        That is how any recording comes about, and no gap.
-        """
-        base = self.contest.nominal
-        delay = actuation_delay.term(self.catalogue.along, base.explained(self.balance.nominal))
-        delay = dataclasses.replace(delay, low=(-math.inf,))
-        fit = self.balance.fit([*base.terms, delay])
-        near = abs(float(fit.of(delay)[0])) <= LATE / self.motion.rate_hz
-        return min(before, fit.rms(self.judged)) if near else before
-
     def _helps(self, before: float, best: float, surplus: float) -> bool:
         close = best <= _CLOSE * self.floor
         return before - best >= (_HELPS_CLOSE if close else HELPS) * surplus
@@ -130,13 +115,13 @@ class Judgement:
         """Decide what is named. Call once."""
         contest = closest = self.contest
         nominal = contest.nominal.rms(self.judged)
-        before, best = contest.base.rms(self.judged), contest.winner.rms(self.judged)
+        before, best = contest.base.priced(self.judged), contest.winner.priced(self.judged)
         surplus = max(before - self.floor, 1e-12 * before, 1e-300)
         causes = self._causes(before, surplus)
         reason = ""
         # An effort that wanders by itself does not repeat either: that is no floor, but a gap.
         wanders = self.floor > _WANDERS * self.spread and self.floor > 3.0 * self.white
-        no_gap = self._timed(nominal) <= NO_GAP_RATIO * self.floor and not wanders
+        no_gap = nominal <= NO_GAP_RATIO * self.floor and not wanders
         if wanders:
             self.notes.append(
                 f"{100.0 * self.floor / self.spread:.0f} % of the {self.motion.effort_name} does "
@@ -144,7 +129,9 @@ class Judgement:
             )
         helps = self._helps(before, best, surplus)
         # Where constants within their tolerances do, there is nothing left to explain.
-        settled = no_gap or (before <= NO_GAP_RATIO * self.floor and not wanders)
+        strained = self.null.strained(contest.base) is not None
+        held = contest.base.rms(self.judged)
+        settled = no_gap or (held <= NO_GAP_RATIO * self.floor and not (strained or wanders))
         named = bool(causes) and helps and not settled
         if named and any(self._unsure(one) for one in contest.order):
             causes = self._sure_ones(causes, before, surplus)
@@ -163,10 +150,10 @@ class Judgement:
         final = contest.winner if named else contest.nominal
         after = final.rms(self.judged)
         silent = sum(one in SILENT for one in self._void.values())
-        within_sheet = not named and not no_gap and bool(self.null.uncertain)
-        within_sheet = within_sheet and before <= STRUCTURELESS * self.floor and not wanders
+        within_sheet = not (named or no_gap or strained or wanders) and bool(self.null.uncertain)
+        within_sheet = within_sheet and held <= STRUCTURELESS * self.floor
         if within_sheet:
-            final, after = closest.base, before
+            final, after = closest.base, held
         gap = max(nominal - self.floor, surplus)
         shrink = shrink_of(nominal, after, gap) if named or within_sheet else 0.0
         whole = not named or len(self.contest.order) + silent >= self._competed
@@ -239,7 +226,7 @@ class Judgement:
         self._shares_all = self._shares_all or dict(shares)
         previous = before
         for term, fit in zip(contest.order, contest.path, strict=True):
-            now = fit.rms(self.judged)
+            now = fit.priced(self.judged)
             lost = self._lost(term)
             if term.key not in self._sure:  # judged once, beside its rivals and with all others
                 acts, sure, alternatives = self.certainty.of(term, lost)
@@ -262,7 +249,7 @@ class Judgement:
     def _lost(self, term: Term) -> float:
         """By how much the RMS rises without an effect."""
         without, winner = self.contest.without[term.effect], self.contest.winner
-        return without.rms(self.judged) - winner.rms(self.judged)
+        return without.priced(self.judged) - winner.priced(self.judged)
 
     def simplest(self) -> list[Term] | None:
         """The closest set with friction of one level, where its finer forms cannot be told apart.

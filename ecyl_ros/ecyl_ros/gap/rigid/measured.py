@@ -13,7 +13,6 @@ from ...effects.term import Interval, Term
 from ..diagnosis import Measured
 from .balance import Balance, Solution
 from .motion import Motion
-from .spans import spans as spans_of
 
 
 def measured(
@@ -40,7 +39,7 @@ def measured(
         if one.key not in keys and not refined.intersection((one.effect, *one.refines))
     ]
     fit = balance.fit([*terms, *extra], balance.usable)
-    spans = spans_of(balance, fit)
+    spans = balance.intervals(fit, balance.usable)
     totals = (_total(one, span, along, keys) for one in fit.terms for span in spans[one.key])
     rows = balance.usable
     rest = (left if extra else fit).residual[rows]

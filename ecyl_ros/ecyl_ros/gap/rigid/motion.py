@@ -14,6 +14,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
 from scipy.signal import butter, sosfiltfilt
 
 from ...drive.rigid.course import Course
@@ -54,7 +55,8 @@ class Motion(Course):
         by_speed: whether speed and acceleration come from the recorded speed.
         standing: share of the motion over which the effort stood still, as it can not.
         bandwidth_hz: of the comparison; `position` is low-passed at 2.5 times that. step: samples
-            of the grid per compared sample.
+            of the grid per compared sample. weight_hz: where noise of the acceleration overtakes all
+            other; what is compared is weighed down beyond, so that what is left is white.
         notes: what was found lacking.
     """
 
@@ -67,6 +69,7 @@ class Motion(Course):
     standing: float
     bandwidth_hz: float
     step: int
+    weight_hz: float = math.inf
     notes: tuple[str, ...] = ()
     _sos: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 6)))
     _smoothing: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 6)))
@@ -78,12 +81,34 @@ class Motion(Course):
 
     def filtered(self, columns: FloatArray) -> FloatArray:
         """Columns float64[..., n] through the parallel filter, at `rows`: float64[..., m]."""
-        made: FloatArray = sosfiltfilt(self._sos, columns, axis=-1, padlen=self._pad)
-        return made[..., self.rows]
+        return self._parallel(columns)[..., self.rows]
+
+    def shifted(self, values: FloatArray, later_s: FloatArray) -> FloatArray:
+        """float64[n] through the parallel filter, later by each of float64[k]: float64[k, m].
+
+        Between samples along a cubic spline, beyond the ends the last one.
+        """
+        made = self._parallel(values)
+        course = CubicSpline(np.arange(made.size), made)
+        at = self.rows - np.asarray(later_s)[:, None] * self.rate_hz
+        found: FloatArray = course(np.clip(at, 0.0, made.size - 1.0))
+        return found
 
     def smoothed(self, values: FloatArray) -> FloatArray:
         """float64[n] through the low-pass that `position` and `velocity` have passed."""
         return low_passed(self._smoothing, values)
+
+    def gain(self, frequency_hz: FloatArray) -> FloatArray:
+        """Of the parallel filter at frequencies, float64[k]."""
+        made: FloatArray = 1.0 / (1.0 + (frequency_hz / self.bandwidth_hz) ** (2 * ORDER))
+        return made / (1.0 + (frequency_hz / self.weight_hz) ** 2)
+
+    def _parallel(self, values: FloatArray) -> FloatArray:
+        made: FloatArray = sosfiltfilt(self._sos, values, axis=-1, padlen=self._pad)
+        if self.weight_hz < 0.45 * self.rate_hz:
+            weigh = butter(1, self.weight_hz, fs=self.rate_hz, output="sos")
+            made = sosfiltfilt(weigh, made, axis=-1, padlen=self._pad)
+        return made
 
     @property
     def _pad(self) -> int:

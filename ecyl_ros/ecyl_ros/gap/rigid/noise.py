@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
+from ...drive.rigid.loop import gains_of
+from ...drive.rigid.machine import Machine
+from ..diagnosis import FloatArray
 from .balance import Solution
 from .band import DERIVATIVE, ORDER
 from .grid import bridged
@@ -13,6 +17,7 @@ from .motion import Motion
 from .terms import Catalogue
 from .white import least_density
 
+_UNMODELLED = 0.01  # share of the effort that no model of one inertia explains
 _POINTS = 2000  # of an integral over frequency
 
 
@@ -22,9 +27,10 @@ def effort_noise(motion: Motion, stated: float | None = None) -> float:
     stated: of a sample, in the unit of the motion's effort; None: from above the band.
     """
     if stated is not None:
-        return stated * math.sqrt(min(2.0 * motion.bandwidth_hz / motion.rate_hz, 1.0))
-    density = least_density(motion.effort, motion.usable, motion.rate_hz, motion.bandwidth_hz)
-    return math.sqrt(density * min(motion.bandwidth_hz, 0.5 * motion.rate_hz))
+        density = stated**2 / (0.5 * motion.rate_hz)
+    else:
+        density = least_density(motion.effort, motion.usable, motion.rate_hz, motion.bandwidth_hz)
+    return math.sqrt(density * 0.5 * motion.rate_hz * float(np.mean(motion.gain(_grid(motion)) ** 2)))
 
 
 def acceleration_noise(motion: Motion, *, counted: bool = False) -> float:
@@ -35,18 +41,45 @@ def acceleration_noise(motion: Motion, *, counted: bool = False) -> float:
     the encoder make of it, whose noise is not white while it moves slowly.
     """
     rate, band = motion.rate_hz, motion.bandwidth_hz
-    order, values = 2, motion.raw_position
-    if motion.by_speed:
-        order, values = 1, bridged(motion.recorded_velocity, np.isfinite(motion.recorded_velocity))
-    density = least_density(values, motion.usable, rate, band, order)
+    order, density = _motion_density(motion)
     if counted:
         spread = motion.position_noise**2 / (0.5 * rate)
         density = max(density, spread * (math.tau * band) ** 2 if motion.by_speed else spread)
-    frequency = np.linspace(0.0, 0.5 * rate, _POINTS)
+    frequency = _grid(motion)
     gain = (rate * np.sin(math.tau * frequency / rate)) ** order  # of central differences
-    for cutoff in (band, min(DERIVATIVE * band, 0.45 * rate)):
-        gain /= 1.0 + (frequency / cutoff) ** (2 * ORDER)  # forwards and backwards
+    cutoff = min(DERIVATIVE * band, 0.45 * rate)
+    gain *= motion.gain(frequency) / (1.0 + (frequency / cutoff) ** (2 * ORDER))
     return math.sqrt(density * float(np.mean(gain**2)) * 0.5 * rate)
+
+
+def weighed(motion: Motion, inertia: float) -> Motion:
+    """The motion with its `weight_hz`, for an output of `inertia` in the unit of its effort.
+
+    Noise of the position grows with the square of the frequency on its way to an effort, and swamps
+    what else could be seen in a wide band. Where it overtakes noise of the effort, and what no model
+    explains, all that is compared is turned down with it.
+    """
+    usable = motion.usable
+    if not (inertia > 0.0 and usable.any()):
+        return motion
+    order, density = _motion_density(motion)
+    own = least_density(motion.effort, usable, motion.rate_hz, motion.bandwidth_hz)
+    own += (_UNMODELLED * float(np.std(motion.effort[usable]))) ** 2 / motion.bandwidth_hz
+    rise = inertia * math.sqrt(max(density, 1e-300))  # times (2 pi f) to the order
+    hertz = (math.sqrt(own) / rise) ** (1.0 / order) / math.tau
+    return replace(motion, weight_hz=hertz)
+
+
+def _motion_density(motion: Motion) -> tuple[int, float]:
+    """Differences from what was measured to the acceleration; least density of its noise."""
+    order, values = 2, motion.raw_position
+    if motion.by_speed:
+        order, values = 1, bridged(motion.recorded_velocity, np.isfinite(motion.recorded_velocity))
+    return order, least_density(values, motion.usable, motion.rate_hz, motion.bandwidth_hz, order)
+
+
+def _grid(motion: Motion) -> FloatArray:
+    return np.linspace(0.0, 0.5 * motion.rate_hz, _POINTS)
 
 
 def measurement_noise(catalogue: Catalogue, fit: Solution) -> float:
@@ -61,4 +94,18 @@ def measurement_noise(catalogue: Catalogue, fit: Solution) -> float:
     inertia = (catalogue.model.inertia or 0.0) + sum(
         float(fit.of(one)[0]) for one in fit.terms if one.key == "inertia"
     )
+    if machine.actuation == "loop":
+        return _through_the_loop(motion, machine, inertia)
     return math.hypot(effort_noise(motion, stated), inertia * acceleration_noise(motion))
+
+
+def _through_the_loop(motion: Motion, machine: Machine, inertia: float) -> float:
+    """What noise of the position leaves where the loop that it went through is the effort."""
+    order, density = _motion_density(motion)
+    if order == 1:
+        return math.hypot(effort_noise(motion), inertia * acceleration_noise(motion))
+    gains, frequency = gains_of(machine), _grid(motion)
+    turn = 1j * math.tau * frequency
+    passed = gains.speed_kp * (gains.position_kp + turn) + inertia * turn**2
+    power = float(np.mean(np.abs(passed * motion.gain(frequency)) ** 2))
+    return math.sqrt(density * power * 0.5 * motion.rate_hz)

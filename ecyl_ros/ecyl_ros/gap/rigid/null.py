@@ -15,6 +15,7 @@ from ...drive.rigid.machine import KEYS
 from ...effects.catalogue import RIGID, rigid_forms
 from ...effects.term import Term
 from ..diagnosis import BoolArray, FloatArray
+from ..strain import STRAINED, UNSEEN
 from .balance import ROUNDS, Balance, Solution
 from .terms import Catalogue
 
@@ -51,11 +52,32 @@ class Null:
         every, prior = self._beside(terms)
         return self.balance.fit(every, rows, rounds, prior)
 
-    def cross_validated(self, terms: Sequence[Term], scale: float) -> FloatArray:
-        """See `Balance.cross_validated`."""
+    def cross_validated(self, terms: Sequence[Term], scale: float) -> tuple[FloatArray, float]:
+        """See `Balance.cross_validated`; raised by the price of the pulls on the sheet, and that."""
         self.fits += self.balance.FOLDS
         every, prior = self._beside(terms)
-        return self.balance.cross_validated(every, scale, prior)
+        costs = self.balance.cross_validated(every, scale, prior)
+        fit = self.fit(terms, rounds=3)
+        return costs * fit.dearer, fit.price
+
+    def strained(self, solution: Solution) -> Term | None:
+        """The constant that lies furthest beyond its sheet; None where all may be sound.
+
+        By what it would save to let it go, as `strain` has it; here it is exact.
+        """
+        columns = self.balance.columns(solution.terms)[self.balance.fitted]
+        weights = solution.weights[self.balance.fitted]
+        gram = (columns * weights[:, None]).T @ columns / max(solution.share, 1e-300)
+        inverse = np.linalg.pinv(gram + np.diag(solution.prior**2), rcond=1e-12, hermitian=True)
+        found, most = None, STRAINED
+        at = 0
+        for term in solution.terms:
+            price = (solution.prior[at] * solution.coefficients[at]) ** 2
+            seen = 1.0 - solution.prior[at] ** 2 * inverse[at, at]
+            if price > 0.0 and seen > UNSEEN and price / seen > most:
+                found, most = term, price / seen
+            at += term.columns.shape[0]
+        return found
 
     def nominal(self, rows: BoolArray | None = None) -> Solution:
         """The file's values as they stand."""

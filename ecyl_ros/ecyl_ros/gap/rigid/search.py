@@ -13,6 +13,7 @@ from ...effects.term import Left, Term
 from ..diagnosis import FloatArray
 from .balance import Balance, Solution
 from .floor import Pairs, coherence, less_line, pairs
+from .lag import delay_of
 
 _MOST = 3  # peaks tried
 _POINTS = 8_000_000  # sines of one scan at the most
@@ -40,6 +41,9 @@ def left_by(balance: Balance, along: Along, current: Solution, same: Pairs, enou
         orders=orders,
         lines=lambda: _frequencies(balance, along, current, same),
         window=lambda: _window(balance, along, residual),
+        delay=lambda: delay_of(
+            balance.motion, balance.effort, current.explained(balance.nominal), balance.fitted
+        ),
         nearest=lambda term, over_time: _nearest(balance, along, term, over_time),
     )
 

@@ -12,6 +12,7 @@ from ...effects import constant_load
 from ...effects.catalogue import RIGID
 from ...effects.term import Left, Term
 from ..diagnosis import FloatArray
+from ..strain import STRAINED
 from .balance import Solution
 from .floor import pairs
 from .null import Null
@@ -31,25 +32,41 @@ class Standing(NamedTuple):
     """Where a set stands.
 
     costs: cross-validated squared residual of each stretch, none above `cap`. surplus: what of
-    their mean stands above the floor. scale: of the robust loss.
+    their mean stands above the floor. scale: of the robust loss. price: of its pulls on the sheet.
     """
 
     costs: FloatArray
     cap: float
     surplus: float
     scale: float
+    price: float
 
 
 class Gain(NamedTuple):
-    """What one set takes off another: share of the surplus, and that over its standard error."""
+    """What one set takes off another.
+
+    share: of the surplus. sureness: that over its standard error. saved: price of the sheet.
+    """
 
     share: float
     sureness: float
+    saved: float
 
     @property
     def earned(self) -> bool:
         """Whether it is a good part, and more than the stretches differ among themselves."""
-        return self.share >= LEAST_GAIN and self.sureness >= SURE
+        return self._relieved or (self.share >= LEAST_GAIN and self.sureness >= SURE)
+
+    @property
+    def kept(self) -> bool:
+        """The same on fewer stretches, which have to say so a second time."""
+        share = self.share >= 0.5 * LEAST_GAIN
+        return self._relieved or (share and self.sureness >= _HELD_SURE)
+
+    @property
+    def _relieved(self) -> bool:
+        """Whether constants are back that would otherwise have to lie beyond their sheet."""
+        return self.saved > STRAINED and self.share > 0.0
 
 
 class Sets:
@@ -104,40 +121,39 @@ class Sets:
 
     def standing(self, current: Solution, chosen: Sequence[Term]) -> Standing:
         """Of a set whose fit is `current`."""
-        now = self.null.cross_validated(chosen, current.scale)
+        now, price = self.null.cross_validated(chosen, current.scale)
         cap = _cap(now)
         now = np.minimum(now, cap)
-        return Standing(now, cap, self._surplus(now), current.scale)
+        return Standing(now, cap, self._surplus(now), current.scale, price)
 
     def gained(self, before: Standing, then: Sequence[Term]) -> Gain | None:
         """What another set takes off where cross-validated; None where it cannot be."""
-        costs = self._validated(before, then)
+        costs, price = self.null.cross_validated(then, before.scale)
         if costs.size != before.costs.size or not np.all(np.isfinite(costs)):
             return None
-        return _gain(before.costs - np.minimum(costs, before.cap), before.surplus)
+        off = before.costs - np.minimum(costs, before.cap)
+        return _gain(off, before.surplus, before.price - price)
 
     def lost(self, full: Standing, rest: Sequence[Term]) -> Gain:
         """What comes back with a smaller set."""
-        costs = np.minimum(self._validated(full, rest), _HURT * full.cap)
-        return _gain(costs - full.costs, full.surplus)
+        costs, price = self.null.cross_validated(rest, full.scale)
+        back = np.minimum(costs, _HURT * full.cap) - full.costs
+        return _gain(back, full.surplus, price - full.price)
 
     def glimpsed(self, before: Standing, then: Solution) -> float:
         """Mean cost of a plain fit on the stretches that it was fitted to."""
-        costs = self.balance.costs(then, before.scale, self.balance.fitted)
+        costs = self.balance.costs(then, before.scale, self.balance.fitted) * then.dearer
         return float(np.mean(np.minimum(costs, before.cap)))
 
     def holds(self, current: Solution, then: Solution) -> bool:
         """Whether a gain is there on the stretches that nothing was fitted to."""
         balance = self.balance
-        before = balance.costs(current, current.scale, balance.judged)
-        after = balance.costs(then, current.scale, balance.judged)
+        before = balance.costs(current, current.scale, balance.judged) * current.dearer
+        after = balance.costs(then, current.scale, balance.judged) * then.dearer
         cap = _cap(before)
         before = np.minimum(before, cap)
-        gain = _gain(before - np.minimum(after, cap), self._surplus(before))
-        return gain.share >= 0.5 * LEAST_GAIN and gain.sureness >= _HELD_SURE
-
-    def _validated(self, standing: Standing, terms: Sequence[Term]) -> FloatArray:
-        return self.null.cross_validated(terms, standing.scale)
+        off = before - np.minimum(after, cap)
+        return _gain(off, self._surplus(before), current.price - then.price).kept
 
     def _surplus(self, costs: FloatArray) -> float:
         """Squared residual above the floor.
@@ -156,9 +172,10 @@ def _cap(costs: FloatArray) -> float:
     return max(_WORST * float(np.median(known)), 2.0 * float(np.mean(known)))
 
 
-def _gain(differences: FloatArray, surplus: float) -> Gain:
+def _gain(differences: FloatArray, surplus: float, saved: float) -> Gain:
     mean = float(np.mean(differences))
     if differences.size < 3:
-        return Gain(mean / surplus, 0.0)
+        return Gain(mean / surplus, 0.0, saved)
     spread = float(np.std(differences, ddof=1)) / math.sqrt(differences.size)
-    return Gain(mean / surplus, mean / spread if spread > 0.0 else math.copysign(math.inf, mean))
+    sureness = mean / spread if spread > 0.0 else math.copysign(math.inf, mean)
+    return Gain(mean / surplus, sureness, saved)

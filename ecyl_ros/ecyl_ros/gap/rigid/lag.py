@@ -1,0 +1,69 @@
+"""Lag between effort and motion: what sampling makes of it, and what is later than that.
+
+A command is held for a period after it was recorded, a speed is a difference over two, a logger
+reads one signal after the other: up to two samples either way are of any recording.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from ...effects.actuation_delay import LATE
+from ...effects.along import Along
+from ..diagnosis import BoolArray, FloatArray
+from .balance import beside
+from .motion import Motion
+
+_FINE = 4  # steps per sample of a search
+_BEYOND = 3.0  # samples searched, so that a lag of more than sampling's is seen to be that
+_LONGEST_S = 0.1  # delay searched
+
+
+def sampling_lag(motion: Motion, along: Along, rows: BoolArray) -> float:
+    """Seconds by which the recorded effort is ahead of the motion by way of sampling.
+
+    0 where what suits the motion best is further off, for then something is late.
+
+    rows: bool[m], compared samples to judge by.
+    """
+    smooth = np.stack(
+        [motion.acceleration, motion.velocity, along.sign, along.one, motion.position]
+    )
+    columns = motion.filtered(smooth).T[rows]
+    period = 1.0 / motion.rate_hz
+    tried = along.model.delay_s + _steps(-_BEYOND, _BEYOND) * period
+    shifted = motion.shifted(motion.effort, tried)[:, rows]
+    left = np.mean(beside(shifted.T, columns) ** 2, axis=0)
+    best = _lowest(tried, left) - along.model.delay_s
+    # No more is of sampling, but for what a search in noise is off.
+    return best if abs(best) <= (LATE + 1.0 / _FINE) * period else 0.0
+
+
+def delay_of(motion: Motion, effort: FloatArray, explained: FloatArray, rows: BoolArray) -> float:
+    """Seconds by which an effort, float64[m], is ahead of what explains it, float64[n]; from 0 on.
+
+    rows: bool[m], to judge by.
+    """
+    period = 1.0 / motion.rate_hz
+    tried = _steps(0.0, max(_LONGEST_S * motion.rate_hz, 2.0 * _BEYOND), 1) * period
+    # Later is what was explained before: earlier, what will be.
+    shifted = motion.shifted(explained, -tried)[:, rows]
+    return max(_lowest(tried, np.mean((effort[rows] - shifted) ** 2, axis=1)), 0.0)
+
+
+def _steps(first: float, last: float, fine: int = _FINE) -> FloatArray:
+    return np.arange(math.floor(first * fine), math.ceil(last * fine) + 1) / fine
+
+
+def _lowest(tried: FloatArray, left: FloatArray) -> float:
+    """Where a parabola through the least of evenly spaced values has its bottom."""
+    at = int(np.argmin(left))
+    if not 0 < at < left.size - 1:
+        return float(tried[at])
+    before, least, after = left[at - 1 : at + 2].tolist()
+    bent = before - 2.0 * least + after
+    off = 0.5 * (before - after) / bent if bent > 0.0 else 0.0
+    return float(tried[at] + off * (tried[1] - tried[0]))
+
