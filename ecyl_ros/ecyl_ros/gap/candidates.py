@@ -234,26 +234,19 @@ class Candidates:
         return [one for one in pairs if share(one) < _TOGETHER][:_FURTHER_SETS]
 
     def simplified(self, best: Fit) -> Fit:
-        """`best`, or with a special case in an effect's place that does nearly as well."""
+        """`best`, or with special cases in an effect's place that do nearly as well.
+
+        Each alone, then all together: friction that is the same in both directions is a level and a
+        rise with speed.
+        """
         for name in best.names:
-            for simple in CATALOGUE[name].refines:
-                if simple in best.names or simple not in self.names:
+            refines = [one for one in CATALOGUE[name].refines if one in self.names]
+            for simple in [*((one,) for one in refines), *([tuple(refines)] if refines[1:] else [])]:
+                if any(one in best.names for one in simple):
                     continue
-                values = {key: dict(given) for key, given in best.values.items() if key != name}
-                shared = {
-                    one.name: best.values[name][one.name]
-                    for one in CATALOGUE[simple].parameters
-                    if one.name in best.values[name]
-                }
-                if all(one.name in shared for one in CATALOGUE[simple].reported):
-                    start = self.fitter.evaluate({**values, simple: shared}, best.pulls)
-                else:
-                    started = self.starts(
-                        self.fitter.evaluate(values, best.pulls), [simple], _STARTS
-                    )
-                    if not started:
-                        continue
-                    start = self._searched([min(started, key=lambda one: one.fitted)])[0]
+                start = self._instead(best, name, simple)
+                if start is None:
+                    continue
                 near = self.fitter.fit(start, steps=4, stage=MEDIUM, known=self.null)
                 if near.fitted > _BEHIND * best.fitted:
                     continue
@@ -261,6 +254,28 @@ class Candidates:
                 if found.judged < 1.15 * best.judged + 0.05:
                     return found
         return best
+
+    def _instead(self, best: Fit, name: str, simple: Sequence[str]) -> Fit | None:
+        """`best` with simpler effects, where they start, in the place of one; None where none can.
+
+        They keep the parameters that they have in common with it.
+        """
+        kept = {key: dict(given) for key, given in best.values.items() if key != name}
+        found, near = self.fitter.evaluate(kept, best.pulls), True
+        for one in simple:
+            shared = {
+                quantity.name: best.values[name][quantity.name]
+                for quantity in CATALOGUE[one].parameters
+                if quantity.name in best.values[name]
+            }
+            if all(quantity.name in shared for quantity in CATALOGUE[one].reported):
+                found = self.fitter.evaluate({**found.values, one: shared}, best.pulls)
+                continue
+            started = self.starts(found, [one], _STARTS)
+            if not started:
+                return None
+            found, near = min(started, key=lambda other: other.fitted), False
+        return found if near else self._searched([found])[0]
 
     def settled(self, winner: Fit) -> Fit:
         """The winner fitted until it no longer moves."""

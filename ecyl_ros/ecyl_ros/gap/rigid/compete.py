@@ -14,7 +14,6 @@ import numpy as np
 
 from ...effects.catalogue import EFFECTS, RIGID
 from ...effects.term import Term
-from ..strain import STRAINED
 from .balance import Solution
 from .contest import Contest, won_by
 from .null import Null
@@ -97,14 +96,14 @@ def _ranked(
         if float(plain.of(one)[0]) <= one.least:
             continue
         off = float(np.mean(standing.costs)) - sets.glimpsed(standing, plain)
-        relieves = standing.price - plain.price > STRAINED
+        relieves = one.effect in standing.strained
         if off < (0.0 if relieves else 0.5 * LEAST_GAIN) * standing.surplus:
             continue
-        gain = sets.gained(standing, more)
+        gain = sets.gained(standing, more, one)
         if gain is None:
             continue
         best[one.effect] = max(best.get(one.effect, -math.inf), gain.share)
-        if gain.earned and sets.holds(before, plain):
+        if gain.earned and sets.holds(before, plain, one):
             found.append((gain.share, one))
     found.sort(key=lambda pair: -pair[0])
     return found, best
@@ -144,10 +143,10 @@ def _swapped(sets: Sets, chosen: Sequence[Term]) -> list[Term]:
             if one.size <= old.size and one.key != old.key:
                 more = sets.extended(rest, one)
                 fit = sets.fit(more)
-                plain.append((sets.glimpsed(standing, fit), more, fit))
-        for _, more, fit in sorted(plain, key=lambda item: item[0])[:2]:
-            gain = sets.gained(standing, more)
-            if gain is not None and gain.earned and sets.holds(full, fit):
+                plain.append((sets.glimpsed(standing, fit), one, more, fit))
+        for _, one, more, fit in sorted(plain, key=lambda item: item[0])[:2]:
+            gain = sets.gained(standing, more, one)
+            if gain is not None and gain.earned and sets.holds(full, fit, one):
                 kept = more
                 break
     return kept
@@ -159,7 +158,7 @@ def _look_back(sets: Sets, chosen: Sequence[Term]) -> list[Term]:
     while len(kept) > 1:
         standing = sets.standing(sets.fit(kept), kept)
         losses = [
-            (sets.lost(standing, [other for other in kept if other is not one]), one)
+            (sets.lost(standing, [other for other in kept if other is not one], one), one)
             for one in kept
         ]
         idle = [(loss.share, one) for loss, one in losses if not loss.earned]
@@ -183,6 +182,6 @@ def _simpler(sets: Sets, chosen: Sequence[Term]) -> list[Term]:
         standing = sets.standing(sets.fit(chosen), chosen)
         for parts in gives_way(sets.catalogue.along, free_means(rest)):
             barred = any(one.effect in sets.barred for one in parts)
-            if not barred and not sets.lost(standing, [*rest, *parts]).earned:
+            if not barred and not sets.lost(standing, [*rest, *parts], split).earned:
                 return [*rest, *parts]
     return list(chosen)

@@ -19,12 +19,13 @@ from ..diagnosis import Diagnosis
 from .assemble import assembled
 from .balance import Balance, Blur, Solution
 from .compete import compete, concluded
-from .floor import repeatability
+from .floor import repeatability, white_part
 from .judge import Judgement
 from .lag import sampling_lag
 from .motion import Motion, motion_of
 from .noise import acceleration_noise, measurement_noise, weighed
 from .null import Null
+from .offsets import without_offsets
 from .terms import Catalogue
 
 _FINER = 0.8  # a floor below this share of the last one has the effects compete anew
@@ -51,6 +52,7 @@ def diagnose_rigid(
     _check(motion, machine, source)
     tell(0.05)
     catalogue = Catalogue(motion, machine)
+    motion = without_offsets(motion, catalogue.along)
     motion = weighed(motion, _inertia(catalogue))
     catalogue = Catalogue(motion, machine)
     blur = Blur(
@@ -77,6 +79,11 @@ def diagnose_rigid(
     left = float(np.sqrt(np.mean(contest.winner.residual[balance.judged] ** 2)))
     if left < _REFUTED * finer:
         finer, finer_is = left, "what the closest model leaves"
+    white = white_part(balance, contest.winner)
+    if white > finer:
+        finer, finer_is = white, "what has no structure of what is left"
+    if finer > floor:
+        floor, floor_is = finer, finer_is
     if finer < _FINER * floor:
         floor, floor_is = finer, finer_is
         contest = compete(null, floor, without, lambda share: tell(0.5 + 0.4 * share))

@@ -17,10 +17,12 @@ from scipy.spatial import cKDTree
 
 from ..diagnosis import BoolArray, FloatArray
 from .balance import Balance, Solution
+from .white import least_density
 
 _NEIGHBOURS = 12
 _APART = 2  # stretches between two instants that count as different times, at the least
 _NEAR = 0.3 * math.sqrt(3.0)  # of the state's spread: neighbours further away say nothing
+_WHITE = (0.1, 0.9)  # share of the band that its noise is judged by
 _FEWEST = 100  # pairs that say something
 
 
@@ -99,6 +101,23 @@ def repeatability(balance: Balance, broad: Solution, periodic: bool) -> float | 
     """
     found = pairs(balance, periodic)
     return _extrapolated(found, broad.residual[found.rows])
+
+
+def white_part(balance: Balance, fit: Solution) -> float:
+    """Standard deviation of what has no structure of what a fit leaves.
+
+    White noise is as dense at every frequency of the band: the least density there bounds it.
+    """
+    motion = balance.motion
+    band = motion.bandwidth_hz
+    density = least_density(
+        fit.residual,
+        balance.usable,
+        motion.rate_hz / motion.step,
+        _WHITE[0] * band,
+        below_hz=_WHITE[1] * band,
+    )
+    return math.sqrt(density * band)
 
 
 def _extrapolated(found: Pairs, values: FloatArray) -> float | None:

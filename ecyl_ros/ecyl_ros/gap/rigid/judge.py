@@ -129,7 +129,7 @@ class Judgement:
             )
         helps = self._helps(before, best, surplus)
         # Where constants within their tolerances do, there is nothing left to explain.
-        strained = self.null.strained(contest.base) is not None
+        strained = bool(self.null.strained(contest.base))
         held = contest.base.rms(self.judged)
         settled = no_gap or (held <= NO_GAP_RATIO * self.floor and not (strained or wanders))
         named = bool(causes) and helps and not settled

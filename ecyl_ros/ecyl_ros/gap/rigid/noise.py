@@ -12,12 +12,14 @@ from ...drive.rigid.machine import Machine
 from ..diagnosis import FloatArray
 from .balance import Solution
 from .band import DERIVATIVE, ORDER
-from .grid import bridged
+from .grid import bridged, eroded
 from .motion import Motion
 from .terms import Catalogue
 from .white import least_density
 
 _UNMODELLED = 0.01  # share of the effort that no model of one inertia explains
+_LONGEST = 20.0  # periods of the weight in a recording, at the least
+_LEFT = 0.7  # of the samples have to be left once it has settled
 _POINTS = 2000  # of an integral over frequency
 
 
@@ -67,7 +69,14 @@ def weighed(motion: Motion, inertia: float) -> Motion:
     own += (_UNMODELLED * float(np.std(motion.effort[usable]))) ** 2 / motion.bandwidth_hz
     rise = inertia * math.sqrt(max(density, 1e-300))  # times (2 pi f) to the order
     hertz = (math.sqrt(own) / rise) ** (1.0 / order) / math.tau
-    return replace(motion, weight_hz=hertz)
+    hertz = max(hertz, _LONGEST * motion.rate_hz / motion.time_s.size)
+    while hertz < motion.bandwidth_hz:
+        # The filter has to settle at ends and gaps; where that costs too much it is a shorter one.
+        left = eroded(usable, math.ceil(motion.rate_hz / hertz))
+        if left.sum() >= _LEFT * usable.sum():
+            return replace(motion, weight_hz=hertz, usable=left)
+        hertz *= 2.0
+    return motion
 
 
 def _motion_density(motion: Motion) -> tuple[int, float]:

@@ -20,6 +20,7 @@ from .balance import ROUNDS, Balance, Solution
 from .terms import Catalogue
 
 _GAIN = "actuation.gain"
+_NEARLY = 0.8  # of what letting the most strained constant go would save
 
 
 class Uncertain(NamedTuple):
@@ -60,24 +61,25 @@ class Null:
         fit = self.fit(terms, rounds=3)
         return costs * fit.dearer, fit.price
 
-    def strained(self, solution: Solution) -> Term | None:
-        """The constant that lies furthest beyond its sheet; None where all may be sound.
+    def strained(self, solution: Solution) -> tuple[str, ...]:
+        """Effects that stand for the constants that lie furthest beyond their sheet.
 
-        By what it would save to let it go, as `strain` has it; here it is exact.
+        None where all may be sound. By what it would save to let each go, as `strain` has it; here
+        it is exact. What saves nearly as much as the first may be what is exchanged for it.
         """
         columns = self.balance.columns(solution.terms)[self.balance.fitted]
         weights = solution.weights[self.balance.fitted]
         gram = (columns * weights[:, None]).T @ columns / max(solution.share, 1e-300)
         inverse = np.linalg.pinv(gram + np.diag(solution.prior**2), rcond=1e-12, hermitian=True)
-        found, most = None, STRAINED
-        at = 0
+        found, at = dict[str, float](), 0
         for term in solution.terms:
             price = (solution.prior[at] * solution.coefficients[at]) ** 2
             seen = 1.0 - solution.prior[at] ** 2 * inverse[at, at]
-            if price > 0.0 and seen > UNSEEN and price / seen > most:
-                found, most = term, price / seen
+            if price > 0.0 and seen > UNSEEN and price / seen > STRAINED:
+                found[term.effect] = price / seen
             at += term.columns.shape[0]
-        return found
+        least = _NEARLY * max(found.values(), default=0.0)
+        return tuple(name for name, saved in found.items() if saved >= least)
 
     def nominal(self, rows: BoolArray | None = None) -> Solution:
         """The file's values as they stand."""

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.ndimage import binary_dilation
+from scipy.ndimage import binary_dilation, maximum_filter1d, minimum_filter1d
 
 from ..diagnosis import BoolArray
 from .motion import Motion
-from .runs import runs_of
 
 _SLOW = 0.02  # of the top speed: slower than that, for long and without getting anywhere, is rest
 _PLACE = 2e-3  # of the travel: so far may it creep meanwhile (bristles give way)
@@ -21,12 +20,14 @@ def at_rest(motion: Motion) -> BoolArray:
     speed = np.abs(motion.velocity)
     top = float(np.quantile(speed[usable], 0.99)) if usable.any() else 0.0
     travel = float(np.ptp(motion.position[usable])) if usable.any() else 0.0
-    found = np.zeros(speed.size, dtype=bool)
-    shortest = _LEAST * motion.rate_hz / motion.bandwidth_hz
-    for begin, end in runs_of(speed < _SLOW * top):
-        part = motion.position[begin:end]
-        if end - begin >= shortest and np.ptp(part) <= _PLACE * travel:
-            found[begin:end] = True
+    shortest = max(3, round(_LEAST * motion.rate_hz / motion.bandwidth_hz))
+    around = maximum_filter1d(motion.position, shortest) - minimum_filter1d(
+        motion.position, shortest
+    )
+    still = (speed < _SLOW * top) & (around <= _PLACE * travel)
+    # As far as the windows reach that hold no motion.
+    found = binary_dilation(still, np.ones(2 * (shortest // 2) + 1, dtype=bool))
+    found &= speed < _SLOW * top
     width = 2 * max(1, round(_SMEARED * motion.rate_hz / motion.bandwidth_hz)) + 1
     made: BoolArray = binary_dilation(found, np.ones(width, dtype=bool)) if found.any() else found
     return made

@@ -51,10 +51,10 @@ def left_by(balance: Balance, along: Along, current: Solution, same: Pairs, enou
 def _nearest(balance: Balance, along: Along, term: Term, over_time: bool) -> float:
     """Order, or Hz, of the sine that comes closest to a periodic term; 0 without motion."""
     motion, turn = balance.motion, along.turn
-    rate = float(np.median(np.abs(motion.velocity[motion.usable]))) * turn.rate
+    rows = motion.rows[balance.fitted]
+    rate = float(np.median(np.abs(motion.velocity[rows]))) * turn.rate
     if not rate > 0.0:
         return 0.0
-    rows = motion.rows[balance.fitted]
     at = motion.time_s[rows] if over_time else turn.angle[rows]
     best = term.rate * rate if over_time else math.tau * term.rate / rate
     wave, reach = np.exp(1j * term.phase[rows]), 0.3
@@ -122,7 +122,7 @@ def _orders(
     travel = float(np.ptp(position))
     if not travel > 0.0:
         return []
-    speed = float(np.quantile(np.abs(np.gradient(angle, 1.0 / motion.rate_hz)), 0.5))
+    speed = float(np.median(np.abs(np.gradient(angle, 1.0 / motion.rate_hz))[motion.rows][rows]))
     highest = math.tau * motion.bandwidth_hz / max(speed, 1e-12)
     lowest = _LEAST_PERIODS * math.tau / travel
     if not highest > 1.5 * lowest:

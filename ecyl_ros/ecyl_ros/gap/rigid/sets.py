@@ -33,6 +33,7 @@ class Standing(NamedTuple):
 
     costs: cross-validated squared residual of each stretch, none above `cap`. surplus: what of
     their mean stands above the floor. scale: of the robust loss. price: of its pulls on the sheet.
+    strained: effects that stand for what lies beyond it.
     """
 
     costs: FloatArray
@@ -40,12 +41,14 @@ class Standing(NamedTuple):
     surplus: float
     scale: float
     price: float
+    strained: tuple[str, ...]
 
 
 class Gain(NamedTuple):
     """What one set takes off another.
 
-    share: of the surplus. sureness: that over its standard error. saved: price of the sheet.
+    share: of the surplus. sureness: that over its standard error. saved: price of the sheet, by an
+    effect that stands for a constant of it.
     """
 
     share: float
@@ -124,36 +127,39 @@ class Sets:
         now, price = self.null.cross_validated(chosen, current.scale)
         cap = _cap(now)
         now = np.minimum(now, cap)
-        return Standing(now, cap, self._surplus(now), current.scale, price)
+        strained = self.null.strained(current)
+        return Standing(now, cap, self._surplus(now), current.scale, price, strained)
 
-    def gained(self, before: Standing, then: Sequence[Term]) -> Gain | None:
-        """What another set takes off where cross-validated; None where it cannot be."""
+    def gained(self, before: Standing, then: Sequence[Term], by: Term) -> Gain | None:
+        """What another set takes off where cross-validated, by one term; None where it cannot be."""
         costs, price = self.null.cross_validated(then, before.scale)
         if costs.size != before.costs.size or not np.all(np.isfinite(costs)):
             return None
         off = before.costs - np.minimum(costs, before.cap)
-        return _gain(off, before.surplus, before.price - price)
+        return _gain(off, before.surplus, (by.effect in before.strained) * (before.price - price))
 
-    def lost(self, full: Standing, rest: Sequence[Term]) -> Gain:
-        """What comes back with a smaller set."""
+    def lost(self, full: Standing, rest: Sequence[Term], by: Term) -> Gain:
+        """What comes back with a set that one term has left."""
         costs, price = self.null.cross_validated(rest, full.scale)
+        strained = self.null.strained(self.null.fit(rest))
         back = np.minimum(costs, _HURT * full.cap) - full.costs
-        return _gain(back, full.surplus, price - full.price)
+        return _gain(back, full.surplus, (by.effect in strained) * (price - full.price))
 
     def glimpsed(self, before: Standing, then: Solution) -> float:
         """Mean cost of a plain fit on the stretches that it was fitted to."""
         costs = self.balance.costs(then, before.scale, self.balance.fitted) * then.dearer
         return float(np.mean(np.minimum(costs, before.cap)))
 
-    def holds(self, current: Solution, then: Solution) -> bool:
-        """Whether a gain is there on the stretches that nothing was fitted to."""
+    def holds(self, current: Solution, then: Solution, by: Term) -> bool:
+        """Whether a term's gain is there on the stretches that nothing was fitted to."""
         balance = self.balance
         before = balance.costs(current, current.scale, balance.judged) * current.dearer
         after = balance.costs(then, current.scale, balance.judged) * then.dearer
         cap = _cap(before)
         before = np.minimum(before, cap)
         off = before - np.minimum(after, cap)
-        return _gain(off, self._surplus(before), current.price - then.price).kept
+        saved = (by.effect in self.null.strained(current)) * (current.price - then.price)
+        return _gain(off, self._surplus(before), saved).kept
 
     def _surplus(self, costs: FloatArray) -> float:
         """Squared residual above the floor.

@@ -22,9 +22,14 @@ _APART = 1.5  # bins that say different things behind a Hann window
 
 
 def least_density(
-    values: FloatArray, usable: BoolArray, rate_hz: float, above_hz: float, order: int = 0
+    values: FloatArray,
+    usable: BoolArray,
+    rate_hz: float,
+    above_hz: float,
+    order: int = 0,
+    below_hz: float = math.inf,
 ) -> float:
-    """Least one-sided density between `above_hz` and half the rate, in values^2 / Hz.
+    """Least one-sided density between two frequencies, or up to half the rate, in values^2 / Hz.
 
     Freed of what the least of several estimates lies too low. Of the segments of a recording the
     median counts, for a blow is in all frequencies of its segment.
@@ -35,7 +40,8 @@ def least_density(
     power = _spectra(taken, usable, rate_hz)
     frequency = np.linspace(0.0, 0.5 * rate_hz, power.shape[1])
     power[:, 1:] /= (2.0 * np.sin(np.pi * frequency[1:] / rate_hz)) ** (2 * order)
-    parts = np.array_split(np.flatnonzero((frequency >= above_hz)[1:-1]) + 1, _PARTS)
+    inside = (frequency >= above_hz) & (frequency <= below_hz)
+    parts = np.array_split(np.flatnonzero(inside[1:-1]) + 1, _PARTS)
     means = np.array([power[:, part].mean(axis=1) for part in parts if part.size])
     freedom = 2.0 * min(part.size for part in parts if part.size) / _APART
     middles = np.median(means, axis=1) * (freedom / float(chi2.median(freedom)))
