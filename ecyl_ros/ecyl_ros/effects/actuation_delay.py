@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import replace
 
@@ -12,7 +13,7 @@ from .along import Along
 from .effect import Effect, FloatArray, Quantity
 from .rigid_form import RigidForm, Stem, added
 from .starts import multiples
-from .term import Term, plain
+from .term import Fitted, Term, plain
 
 
 def modify(record: np.ndarray, values: Mapping[str, float], drive: DriveParameters) -> None:
@@ -48,6 +49,8 @@ EFFECT = Effect(
 # Less between effort and motion than so many sampling periods is that of sampling and holding: up
 # to two from one signal to another in a log, and half of one for which a command is held.
 LATE = 2.5
+_AGREES = 0.25  # of a delay by the course of the effort that it may be off by its size
+LAG = "lag"
 SAMPLING = "within the lag of sampling and holding"
 
 
@@ -68,7 +71,32 @@ def term(along: Along, explained: FloatArray, delay_s: float) -> Term:
         low=(0.0,),
         alternatives=("measurement_delay",),
         least=LATE / rate_hz,
+        sought=delay_s,
         follows=True,
+    )
+
+
+def _void(fitted: Fitted) -> str:
+    """Another time suits the effort's size than its course: then it is no delay."""
+    span, sought = fitted.spans[0], fitted.term.sought
+    if span.value <= fitted.term.least:
+        return SAMPLING
+    reach = max(span.high - span.value, _AGREES * sought)
+    if abs(span.value - sought) > reach:
+        return f"by its course it would be {sought:.3g} s, by its size {span.value:.3g} s"
+    return plain(fitted)
+
+
+def lag(along: Along) -> Term:
+    """What is left of the lag of sampling, either way, to first order."""
+    motion = along.motion
+    return Term(
+        effect="actuation_delay",
+        key=LAG,
+        columns=np.gradient(motion.effort, 1.0 / motion.rate_hz)[None],
+        parameters=lambda c: (("lag_s", "s", float(c[0])),),
+        values=lambda c: {"delay": float(c[0])},
+        low=(-math.inf,),
     )
 
 
@@ -77,6 +105,6 @@ RIGID = RigidForm(
     term=term,
     tried=lambda along, left: [(left.explained, left.delay())],
     modify=lambda model, values: replace(model, delay_s=model.delay_s + values["delay"]),
-    void=lambda fitted: SAMPLING if fitted.spans[0].value <= fitted.term.least else plain(fitted),
+    void=_void,
     merged=added,
 )

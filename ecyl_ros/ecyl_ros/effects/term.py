@@ -57,6 +57,7 @@ class Term:
         rate: of a sine, per rad of the turn (per m, in Hz over time). phase: float64[n] of it.
             over_time: whether it is one of time.
         inertia: share of the acceleration in its first column.
+        sought: what its first parameter would be by another property of the effort than its size.
         follows: whether its columns follow what is explained so far. again: the same along another
             effort, float64[n], where it has to be followed on.
     """
@@ -80,6 +81,7 @@ class Term:
     phase: FloatArray = field(default_factory=lambda: np.zeros(0))
     over_time: bool = False
     inertia: float = 0.0
+    sought: float = 0.0
     follows: bool = False
     again: Callable[[FloatArray], Term] | None = None
 

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from scipy.optimize import nnls
 from scipy.stats import t as student
 
+from ...effects.actuation_delay import LAG
 from ...effects.term import Interval, Term
 from ..diagnosis import BoolArray, FloatArray
 from ..sheet import EVIDENCE_PER_S
@@ -89,10 +90,11 @@ class Solution:
         return self.rms(rows) * math.sqrt(self.dearer)
 
     def explained(self, nominal: FloatArray) -> FloatArray:
-        """Effort explained on the grid of the motion: nominal plus the terms."""
+        """Effort explained on the grid of the motion: nominal plus the terms of the machine."""
         made = nominal.copy()
         for one in self.terms:
-            made += self.of(one) @ one.columns
+            if one.key != LAG:
+                made += self.of(one) @ one.columns
         return made
 
     @property

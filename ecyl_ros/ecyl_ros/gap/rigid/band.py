@@ -17,6 +17,7 @@ SAMPLES_PER_PERIOD = 2.5  # of the bandwidth's frequency, after decimation
 _HIGHEST = 0.2  # of the sampling rate: a bandwidth above it is not asked for
 _POWER = 0.997  # share of the effort's power that the band holds
 _LEAST_SAMPLES = 1500  # to compare, so that steps of friction are seen in smooth motion, too
+_FEWEST_SAMPLES = 300  # to compare, however noisy the position is
 _NOISE = 0.05  # share of the acceleration's power that may be noise
 _QUIETER = 0.5  # times the noise of differences: below, the recorded speed is taken
 _LAG = 0.02  # of the speed's spread that a recorded speed may be off beyond noise
@@ -129,4 +130,6 @@ def bandwidth_of(
         held = signal
     reach = float(frequency[int(np.searchsorted(held, _POWER * held[-1]))])
     reach = max(reach, _LEAST_SAMPLES / (SAMPLES_PER_PERIOD * usable.sum() / rate))
-    return max(min(reach, limit, _HIGHEST * rate), 4.0 * frequency[1])
+    # What the encoder's noise does in a wider band than it would have is weighed down.
+    fewest = _FEWEST_SAMPLES / (SAMPLES_PER_PERIOD * usable.sum() / rate)
+    return max(min(reach, max(limit, fewest), _HIGHEST * rate), 4.0 * frequency[1])

@@ -35,6 +35,8 @@ def closest(along: Along, solution: Solution) -> Machine:
     for term in solution.terms:
         values = term.values(solution.of(term))
         key = RIGID[term.effect].constant[not machine.linear]
+        if solution.known(term) and not key:  # of the recording, not of the machine
+            continue
         if solution.known(term) and key in WRITTEN:  # a constant, off its nominal value
             (value,) = values.values()
             nominal = getattr(machine, KEYS[key].field)

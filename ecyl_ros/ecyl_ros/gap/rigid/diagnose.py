@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Collection
 
 import numpy as np
@@ -23,7 +24,7 @@ from .floor import repeatability, white_part
 from .judge import Judgement
 from .lag import sampling_lag
 from .motion import Motion, motion_of
-from .noise import acceleration_noise, measurement_noise, weighed
+from .noise import UNMODELLED, acceleration_noise, measurement_noise, weighed
 from .null import Null
 from .offsets import without_offsets
 from .terms import Catalogue
@@ -87,6 +88,9 @@ def diagnose_rigid(
     if finer < _FINER * floor:
         floor, floor_is = finer, finer_is
         contest = compete(null, floor, without, lambda share: tell(0.5 + 0.4 * share))
+    # Beyond what no model of one inertia explains, whatever noise and repetition say.
+    own = UNMODELLED * float(np.std(balance.effort[balance.usable]))
+    floor = math.hypot(floor, own)
     judgement = Judgement(null, contest, floor, floor_is)
     simplest = judgement.simplest()
     if simplest is not None:

@@ -122,6 +122,7 @@ class Judgement:
         # An effort that wanders by itself does not repeat either: that is no floor, but a gap.
         wanders = self.floor > _WANDERS * self.spread and self.floor > 3.0 * self.white
         no_gap = nominal <= NO_GAP_RATIO * self.floor and not wanders
+        no_gap = no_gap and not self.null.strained(contest.nominal)
         if wanders:
             self.notes.append(
                 f"{100.0 * self.floor / self.spread:.0f} % of the {self.motion.effort_name} does "
@@ -150,7 +151,7 @@ class Judgement:
         final = contest.winner if named else contest.nominal
         after = final.rms(self.judged)
         silent = sum(one in SILENT for one in self._void.values())
-        within_sheet = not (named or no_gap or strained or wanders) and bool(self.null.uncertain)
+        within_sheet = not (named or no_gap or strained or wanders) and self.null.sheet
         within_sheet = within_sheet and held <= STRUCTURELESS * self.floor
         if within_sheet:
             final, after = closest.base, held
@@ -262,12 +263,14 @@ class Judgement:
         for at, term in enumerate(order):
             if plain.effect not in term.refines:
                 continue
+            rest = [*order[:at], *order[at + 1 :]]
+            viscous = load_viscous_friction.term(along)
+            simple = [*rest, plain, *([viscous] if viscous.effect in term.refines else [])]
             acts, sure, names = self.certainty.of(term, self._lost(term))
-            if self._void[term.key] or (acts >= NAMED > sure and names):
-                rest = [*order[:at], *order[at + 1 :]]
-                viscous = load_viscous_friction.term(along)
-                more = [viscous] if viscous.effect in term.refines else []
-                return [*rest, plain, *more]
+            like = acts >= NAMED and bool(names)
+            near = self.null.fit(simple).priced(self.judged) <= STRUCTURELESS * self.floor
+            if self._void[term.key] or (sure < NAMED and (like or near)):
+                return simple
         return None
 
     def _part(self) -> dict[str, float]:

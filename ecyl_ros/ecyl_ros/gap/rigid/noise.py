@@ -17,7 +17,7 @@ from .motion import Motion
 from .terms import Catalogue
 from .white import least_density
 
-_UNMODELLED = 0.01  # share of the effort that no model of one inertia explains
+UNMODELLED = 0.01  # share of the effort that no model of one inertia explains
 _LONGEST = 20.0  # periods of the weight in a recording, at the least
 _LEFT = 0.7  # of the samples have to be left once it has settled
 _POINTS = 2000  # of an integral over frequency
@@ -66,7 +66,7 @@ def weighed(motion: Motion, inertia: float) -> Motion:
         return motion
     order, density = _motion_density(motion)
     own = least_density(motion.effort, usable, motion.rate_hz, motion.bandwidth_hz)
-    own += (_UNMODELLED * float(np.std(motion.effort[usable]))) ** 2 / motion.bandwidth_hz
+    own += (UNMODELLED * float(np.std(motion.effort[usable]))) ** 2 / motion.bandwidth_hz
     rise = inertia * math.sqrt(max(density, 1e-300))  # times (2 pi f) to the order
     hertz = (math.sqrt(own) / rise) ** (1.0 / order) / math.tau
     hertz = max(hertz, _LONGEST * motion.rate_hz / motion.time_s.size)

@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...drive.rigid.machine import KEYS
+from ...effects import actuation_delay
 from ...effects.catalogue import RIGID, rigid_forms
 from ...effects.term import Term
 from ..diagnosis import BoolArray, FloatArray
@@ -20,6 +21,7 @@ from .balance import ROUNDS, Balance, Solution
 from .terms import Catalogue
 
 _GAIN = "actuation.gain"
+_STEP = 0.5  # samples that a lag may be off by, once that of the sampling is taken out
 _NEARLY = 0.8  # of what letting the most strained constant go would save
 
 
@@ -35,7 +37,7 @@ class Null:
 
     Attributes:
         balance, catalogue: of one recording. unknown: terms of what the file leaves out.
-        uncertain: its constants.
+        uncertain: its constants, and how far a recording lags.
         fits: made so far.
     """
 
@@ -44,6 +46,11 @@ class Null:
         self.unknown = catalogue.unknown()
         self.uncertain = self._uncertain()
         self.fits = 0
+
+    @property
+    def sheet(self) -> bool:
+        """Whether the file states constants that are uncertain."""
+        return any(any(RIGID[one.term.effect].constant) for one in self.uncertain)
 
     def fit(
         self, terms: Sequence[Term], rows: BoolArray | None = None, rounds: int = ROUNDS
@@ -82,9 +89,15 @@ class Null:
         return tuple(name for name, saved in found.items() if saved >= least)
 
     def nominal(self, rows: BoolArray | None = None) -> Solution:
-        """The file's values as they stand."""
+        """The file's values as they stand, in step with the effort."""
         self.fits += 1
-        return self.balance.fit(self.unknown, rows)
+        every = [*self.unknown, *(one.term for one in self._lag)]
+        prior = [0.0] * len(self.unknown) + [2.0 / one.width for one in self._lag]
+        return self.balance.fit(every, rows, prior=np.array(prior))
+
+    @property
+    def _lag(self) -> list[Uncertain]:
+        return [one for one in self.uncertain if not any(RIGID[one.term.effect].constant)]
 
     def _beside(self, terms: Sequence[Term]) -> tuple[list[Term], FloatArray]:
         """With every constant that no effect of the set stands for; and what they are known to."""
@@ -109,7 +122,8 @@ class Null:
                 for form in rigid_forms(linear).values()
                 if form.constant[not linear] == key
             ]
-        return found
+        late = actuation_delay.lag(catalogue.along)
+        return [*found, Uncertain(late, _STEP / catalogue.motion.rate_hz)]
 
     def _per_own(self) -> float:
         """Effort as recorded per N or N m."""

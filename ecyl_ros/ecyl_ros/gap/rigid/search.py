@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.fft import next_fast_len
 from scipy.signal import find_peaks
 
 from ...effects.along import Along
@@ -16,6 +17,8 @@ from .floor import Pairs, coherence, less_line, pairs
 from .lag import delay_of
 
 _MOST = 3  # peaks tried
+_SHARE = 0.01  # of the power that a peak holds
+_FINE = 0.25  # of what two frequencies have to be apart to be told, between two tried
 _POINTS = 8_000_000  # sines of one scan at the most
 _LEAST_PERIODS = 4.0  # within the travel or the time
 _OWN_LINE = 0.03  # share of the motion's power that makes a frequency its own
@@ -96,13 +99,16 @@ def _power(
 
 
 def _peaks(
-    values: FloatArray, along: FloatArray, rates: FloatArray, weight: FloatArray, count: int
+    values: FloatArray, along: FloatArray, rates: FloatArray, weight: FloatArray
 ) -> list[float]:
-    power = _power(values, along, rates, weight)
+    return [float(rates[one]) for one in _tops(_power(values, along, rates, weight))]
+
+
+def _tops(power: FloatArray) -> list[int]:
+    """The highest peaks of shares of the power, best first."""
     top, _ = find_peaks(np.concatenate([[0.0], power, [0.0]]))
     top = top - 1
-    top = top[np.argsort(-power[top])][:count]
-    return [float(rates[one]) for one in top if power[one] > 0.01]
+    return [int(one) for one in top[np.argsort(-power[top])][:_MOST] if power[one] > _SHARE]
 
 
 def _orders(
@@ -132,12 +138,12 @@ def _orders(
     limit = max(64, _POINTS // rows.size)
     if name != "period_m" and travel > 2.0 * math.tau:
         rates = np.arange(max(1.0, math.ceil(lowest)), min(highest, 1000.0))
-        return _peaks(values, position, rates[:limit], weight, _MOST)
+        return _peaks(values, position, rates[:limit], weight)
     spacing = 0.3 * math.tau / travel
     rates = np.arange(lowest, highest, max(spacing, (highest - lowest) / limit))
     return [
         _refined(values, position, rate, spacing, weight)
-        for rate in _peaks(values, position, rates, weight, _MOST)
+        for rate in _peaks(values, position, rates, weight)
     ]
 
 
@@ -153,13 +159,10 @@ def _frequencies(balance: Balance, along: Along, current: Solution, same: Pairs)
         return []
     values = current.residual[rows] - np.mean(current.residual[rows])
     lowest, highest = _LEAST_PERIODS / length, 0.9 * balance.motion.bandwidth_hz
-    limit = max(64, _POINTS // rows.size)
-    spacing = 0.3 / length
-    rates = np.arange(lowest, highest, max(spacing, (highest - lowest) / limit)) * math.tau
     weight = np.ones(rows.size)
     found = [
-        _refined(values, time, rate, spacing * math.tau, weight)
-        for rate in _peaks(values, time, rates, weight, _MOST)
+        _refined(values, time, math.tau * hertz, _FINE * math.tau / length, weight)
+        for hertz in _lines(balance, rows, values, lowest, highest)
     ]
     asked = balance.motion.filtered(current.explained(balance.nominal))[rows]
     kept = []
@@ -179,6 +182,20 @@ def _frequencies(balance: Balance, along: Along, current: Solution, same: Pairs)
     return kept
 
 
+def _lines(
+    balance: Balance, rows: NDArray[np.int64], values: FloatArray, lowest: float, highest: float
+) -> list[float]:
+    """Hz of the strongest peaks between two frequencies; values: float64 at `rows`."""
+    even = np.zeros(balance.time_s.size)
+    even[rows] = values
+    size = next_fast_len(math.ceil(even.size / _FINE), real=True)
+    power = np.abs(np.fft.rfft(even, size)) ** 2 * 2.0 / rows.size
+    hertz = np.fft.rfftfreq(size, float(np.median(np.diff(balance.time_s))))
+    inside = (hertz >= lowest) & (hertz <= highest)
+    power, hertz = power[inside] / max(float(np.sum(values**2)), 1e-300), hertz[inside]
+    return [float(hertz[one]) for one in _tops(power)]
+
+
 def _line(values: FloatArray, time: FloatArray, hertz: float) -> float:
     """Size of a line."""
     return float(np.std(values - less_line(values, time, hertz)))
@@ -195,8 +212,11 @@ def _moves(
     at = motion.rows[rows]
     weight = np.ones(rows.size)
     judged = [motion.position[at], motion.velocity[at]]
+    reference = motion.reference_position[at]
     if not shakes:
         judged.append(motion.acceleration[at])
+    elif np.isfinite(reference).all():  # what was asked for is not shaken
+        judged = [reference]
     for values in judged:
         share = _power(values - values.mean(), time, np.array([rate]), weight)
         if float(share[0]) > _OWN_LINE:

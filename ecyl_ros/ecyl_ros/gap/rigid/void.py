@@ -13,6 +13,10 @@ from ...effects.term import Fitted, Interval, Term
 from .balance import Balance, Solution, beside
 from .sheet import sheet_value, within
 
+_PARTS = 4  # of the time, in which a sine has to be the same
+_OTHER = 0.5  # of its amplitude, that it may be another in a part of the time
+_SURE = 3.0  # standard errors that it has to be another by
+_EXPLAINS = 0.7  # of the effort's RMS: a model that leaves more has hardly any of it
 SHEET = "within the tolerance of the data sheet"
 SILENT = (SAMPLING, SHEET)  # what every sound machine, and every recording, may show
 
@@ -35,6 +39,10 @@ def why_not(
     told = sheet_value(term, spans, along.machine, along.units)
     if told is not None and within(told):
         return SHEET
+    if _drowns(balance, solution, term):
+        return "the model explains too little of the effort to say that it asks for less"
+    if term.phase.size and _comes_and_goes(balance, solution, term):
+        return "it is not there all the time, or not in step"
     rows, own = balance.usable, slice(first, first + term.columns.shape[0])
 
     def inflation(by: Sequence[Term]) -> float:
@@ -51,3 +59,34 @@ def why_not(
         inflation=inflation,
     )
     return RIGID[term.effect].void(fitted)
+
+
+def _drowns(balance: Balance, solution: Solution, term: Term) -> bool:
+    """Whether a constant is less than its nominal value in a model that explains next to nothing.
+
+    What the nominal model asks for too much then comes off best, and nothing in its place.
+    """
+    if not (any(RIGID[term.effect].constant) and float(solution.of(term)[0]) < 0.0):
+        return False
+    rows = balance.usable
+    effort = float(np.std(balance.effort[rows]))
+    return solution.rms(rows) > _EXPLAINS * effort
+
+
+def _comes_and_goes(balance: Balance, solution: Solution, term: Term) -> bool:
+    """Whether a sine is another one, by size or phase, in some part of the time."""
+    columns, values = balance.columns([term]), solution.of(term)
+    target = solution.residual + columns @ values
+    rows = np.flatnonzero(balance.usable)
+    size = float(np.hypot(*values))
+    for part in np.array_split(rows, _PARTS):
+        inside = columns[part]
+        found, *_ = np.linalg.lstsq(inside, target[part], rcond=None)
+        left = float(np.mean((target[part] - inside @ found) ** 2))
+        # Neighbouring samples say the same thing: stretches count, not samples.
+        pieces = max(np.unique(balance.stretch[part]).size, 2)
+        spread = np.sqrt(2.0 * left / max(float(np.mean(inside**2)), 1e-300) / pieces)
+        off = float(np.hypot(*(found - values)))
+        if off > _OTHER * size and off > _SURE * spread:
+            return True
+    return False
