@@ -122,14 +122,16 @@ def _orders(
     a shaft does so after a turn.
     """
     motion = balance.motion
-    angle, name, *_ = along.turn
+    angle, name, _, per_output = along.turn
     rows = np.flatnonzero(balance.fitted)
     position = angle[motion.rows][rows]
     travel = float(np.ptp(position))
     if not travel > 0.0:
         return []
-    speed = float(np.median(np.abs(np.gradient(angle, 1.0 / motion.rate_hz))[motion.rows][rows]))
+    speed = per_output * float(np.median(np.abs(motion.velocity[motion.rows][rows])))
     highest = math.tau * motion.bandwidth_hz / max(speed, 1e-12)
+    # A wave as short as the noise of the position is in no phase.
+    highest = min(highest, 1.0 / (per_output * motion.position_noise))
     lowest = _LEAST_PERIODS * math.tau / travel
     if not highest > 1.5 * lowest:
         return []

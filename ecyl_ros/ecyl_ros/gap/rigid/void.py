@@ -16,7 +16,7 @@ from .sheet import sheet_value, within
 _PARTS = 4  # of the time, in which a sine has to be the same
 _OTHER = 0.5  # of its amplitude, that it may be another in a part of the time
 _SURE = 3.0  # standard errors that it has to be another by
-_EXPLAINS = 0.7  # of the effort's RMS: a model that leaves more has hardly any of it
+_EXPLAINS = 0.5  # of the effort's RMS: a model that leaves more has hardly any of it
 SHEET = "within the tolerance of the data sheet"
 SILENT = (SAMPLING, SHEET)  # what every sound machine, and every recording, may show
 
