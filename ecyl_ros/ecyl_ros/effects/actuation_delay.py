@@ -73,6 +73,7 @@ def term(along: Along, explained: FloatArray, delay_s: float) -> Term:
         least=LATE / rate_hz,
         sought=delay_s,
         follows=True,
+        of_effort=False,
     )
 
 
@@ -97,6 +98,7 @@ def lag(along: Along) -> Term:
         parameters=lambda c: (("lag_s", "s", float(c[0])),),
         values=lambda c: {"delay": float(c[0])},
         low=(-math.inf,),
+        of_effort=False,
     )
 
 

@@ -47,7 +47,7 @@ EFFECT = Effect(
 def term(along: Along) -> Term:
     """The inertia of a rigid drive, which is that of its rotor where it turns."""
     model = along.model
-    nominal = model.inertia or 0.0
+    nominal = (model.inertia or 0.0) / (model.ratio or 1.0) * (model.counted or 1.0)
     name, unit = along.units.inertia
     bare = not (any(model.viscous) or any(model.coulomb) or model.constant)
     scaled = along.machine.gain not in (None, 1.0) and bare and along.known_inertia
@@ -67,7 +67,8 @@ def _void(fitted: Fitted) -> str:
     span = fitted.spans[0]
     if span.low <= 0.0:
         return f"its interval, {span.low:.3g} to {span.high:.3g}, holds 0"
-    return holds_nominal(span, fitted.along.model.inertia or 0.0)
+    model = fitted.along.model
+    return holds_nominal(span, (model.inertia or 0.0) / (model.ratio or 1.0) * model.counted)
 
 
 RIGID = RigidForm(
@@ -76,11 +77,13 @@ RIGID = RigidForm(
     term=term,
     tried=lambda along, left: [()] if along.known_inertia else [],
     modify=lambda model, values: replace(
-        model, inertia=(model.inertia or 0.0) + values["inertia"] - model.counted * model.keys.inertia
+        model,
+        inertia=(model.inertia or 0.0) + values["inertia"] - model.ratio * model.keys.inertia,
     ),
     constant=("load.mass", "load.inertia"),
     void=_void,
     merged=lambda old, new, along: {
-        "inertia": old.get("inertia", along.model.counted * along.model.keys.inertia) + new["inertia"]
+        "inertia": new["inertia"]
+        + old.get("inertia", along.model.counted * along.model.keys.inertia)
     },
 )

@@ -19,6 +19,8 @@ from .effect import FloatArray
 from .term import Fitted, Left, Term, plain
 
 HUGE = 1e9
+# Kinds of a value that count effort: names in a file tell its unit.
+EFFORT_KINDS = ("level", "load", "per_speed", "per_position", "inertia")
 
 
 class Stem(NamedTuple):

@@ -56,6 +56,8 @@ class Term:
             was searched; 0 where it can only be a whole number.
         rate: of a sine, per rad of the turn (per m, in Hz over time). phase: float64[n] of it.
             over_time: whether it is one of time.
+        of_effort: whether its coefficients are efforts, by the file's gain, so that another gain has
+            them be others in N or N m.
         inertia: share of the acceleration in its first column.
         sought: what its first parameter would be by another property of the effort than its size.
         follows: whether its columns follow what is explained so far. again: the same along another
@@ -80,6 +82,7 @@ class Term:
     rate: float = 0.0
     phase: FloatArray = field(default_factory=lambda: np.zeros(0))
     over_time: bool = False
+    of_effort: bool = True
     inertia: float = 0.0
     sought: float = 0.0
     follows: bool = False

@@ -58,6 +58,7 @@ def term(along: Along) -> Term:
         values=lambda c: {"ratio": float(c[0])},
         low=(-0.9 * ratio or 1.0 / HUGE,),
         inertia=along.model.keys.inertia,
+        of_effort=False,
     )
 
 

@@ -58,6 +58,7 @@ def term(along: Along, order: float, effort: FloatArray) -> Term:
         effect="torque_ripple",
         key=f"ripple {order:.9g}",
         follows=True,
+        of_effort=False,
         again=lambda explained: term(along, order, explained),
     )
     return replace(share, columns=effort * share.columns)

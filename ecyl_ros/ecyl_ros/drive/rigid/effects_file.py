@@ -17,7 +17,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 from ...effects.catalogue import RIGID, rigid_forms
-from ...effects.rigid_form import Stem
+from ...effects.rigid_form import EFFORT_KINDS, Stem
 from ...errors import InputError
 from .model import Acting
 from .units import EFFORT_UNITS, Units
@@ -47,13 +47,7 @@ _NAMES: dict[str, Callable[[str, Units], tuple[str, str]]] = {
     "angle": lambda stem, units: (f"{stem}_rad", "rad"),
     "gain": lambda stem, units: units.gain(stem == "per_volt"),
 }
-_COUNTED = (
-    "level",
-    "load",
-    "per_speed",
-    "per_position",
-    "inertia",
-)  # names tell the unit of effort
+
 
 
 def _name(stem: Stem, units: Units) -> tuple[str, str]:
@@ -123,7 +117,7 @@ def parse(
         for parameter, value in values.items():
             plain, number = _plain(parameter)
             stem = names[effect][plain]
-            counted = counted or stem.kind in _COUNTED
+            counted = counted or stem.kind in EFFORT_KINDS
             where = f"{source}: effects.{effect}.{parameter}"
             inside = _checked(value, stem, plain, lead, where)
             if stem.name in numbered.setdefault(number, {}):

@@ -5,15 +5,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
 from ...effects.catalogue import RIGID
+from ...effects.rigid_form import EFFORT_KINDS
 from ...effects.rigid_ports import KINDS, PORTS, port_of
 from .course import FloatArray
 from .machine import Machine
-from .model import Keys, Model
+from .model import Acting, Keys, Model
 
 
 def model_of(machine: Machine, own: bool) -> Model:
@@ -41,13 +43,26 @@ def model_of(machine: Machine, own: bool) -> Model:
         keys=keys,
         ratio=ratio,
         counted=1.0 if own else ratio,
-        shapes=tuple(one for one in machine.effects if RIGID[one.name].modify is None),
     )
-    for one in machine.effects:
+    effects = [scaled(one, made.ratio / (made.counted or 1.0)) for one in machine.effects]
+    shapes = tuple(one for one in effects if RIGID[one.name].modify is None)
+    made = replace(made, shapes=shapes)
+    for one in effects:
         modify = RIGID[one.name].modify
         if modify is not None:
             made = modify(made, one.values)
     return made
+
+
+def scaled(effect: Acting, factor: float) -> Acting:
+    """An effect whose efforts are counted otherwise: `factor` for one of those it has."""
+    if factor in (0.0, 1.0):
+        return effect
+    efforts = {one.name for one in RIGID[effect.name].stems if one.kind in (*EFFORT_KINDS, "coefficient")}
+    values = {
+        name: value * factor if name in efforts else value for name, value in effect.values.items()
+    }
+    return Acting(effect.name, values)
 
 
 def _gain_ratio(machine: Machine, own: bool) -> float:

@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 from scipy.optimize import nnls
 from scipy.stats import t as student
 
+from ...drive.rigid.model import Model
 from ...effects.actuation_delay import LAG
-from ...effects.term import Interval, Term
+from ...effects.term import Interval, Parameters, Term
 from ..diagnosis import BoolArray, FloatArray
 from ..sheet import EVIDENCE_PER_S
 from ..split import STRETCH_S
@@ -111,11 +112,10 @@ class Solution:
 class Blur(NamedTuple):
     """Noise of the acceleration, which regressions have to be freed of.
 
-    inertia: of the nominal model, with which the target holds it. noise: standard deviation within
-    the band that is sure. counted: that with the steps of the encoder.
+    noise: standard deviation within the band that is sure. counted: that with the steps of the
+    encoder.
     """
 
-    inertia: float = 0.0
     noise: float = 0.0
     counted: float = 0.0
 
@@ -132,10 +132,16 @@ class Balance:
     FOLDS = 4
 
     def __init__(
-        self, motion: Motion, nominal: FloatArray, blur: Blur | None = None, lag_s: float = 0.0
+        self,
+        motion: Motion,
+        nominal: FloatArray,
+        model: Model,
+        blur: Blur | None = None,
+        lag_s: float = 0.0,
     ) -> None:
-        """lag_s: by which the effort was recorded ahead of the motion."""
-        self.motion = motion
+        """nominal: float64[n], what `model` asks for. lag_s: by which the effort was recorded ahead
+        of the motion."""
+        self.motion, self.model = motion, model
         self.blur = blur or Blur()
         self.nominal = nominal
         self.effort = motion.shifted(motion.effort, np.array([lag_s]))[0]
@@ -207,7 +213,7 @@ class Balance:
             ridge = prior**2 * share
             blurred = self._blurred(terms)
             coefficients = _solve(
-                columns[rows], self.target[rows], weights[rows], low, ridge, blurred, self.blur
+                columns[rows], self.target[rows], weights[rows], low, ridge, blurred, self._noise
             )
             residual = self.target - columns @ coefficients
             scale = _scale(residual[rows])
@@ -215,6 +221,11 @@ class Balance:
         return Solution(
             tuple(terms), coefficients, residual, weights, scale, prior, share, evidence
         )
+
+    @property
+    def _noise(self) -> tuple[float, float]:
+        """Noise of the acceleration, and inertia by which the target holds it."""
+        return self.blur.noise, self.model.inertia or 0.0
 
     def _blurred(self, terms: Sequence[Term]) -> FloatArray:
         """Share of the acceleration in each column, float64[k]."""
@@ -298,7 +309,7 @@ class Balance:
         more = max(self.blur.counted**2 - self.blur.noise**2, 0.0) * float(weights.sum())
         told = float(blurred @ inverse @ blurred)
         more = min(more, _MOST_BLUR / told if told > 0.0 else 0.0)
-        inertia = self.blur.inertia + float(blurred @ solution.coefficients)
+        inertia = self._noise[1] + float(blurred @ solution.coefficients)
         made: FloatArray = more * inertia * (inverse @ blurred)
         return made
 
@@ -306,33 +317,54 @@ class Balance:
         """95 % intervals of the parameters of each term, by its key; by the delta method."""
         covariance, count = self.covariance(solution, rows)
         unsure = self.unsure(solution, rows)
+        own = self.model.counted == 1.0
+        gain = next((at for at, one in enumerate(_keys(solution.terms)) if one == "gain"), None)
         quantile = float(student.ppf(0.975, max(count - solution.coefficients.size, 2)))
         found: dict[str, list[Interval]] = {}
         at = 0
         for term in solution.terms:
             size = term.columns.shape[0]
-            values = solution.coefficients[at : at + size]
-            part = covariance[at : at + size, at : at + size]
-            base = term.parameters(values)
+            rows_of = [*range(at, at + size)]
+            if own and term.of_effort and gain is not None:
+                rows_of.append(gain)
+            values = solution.coefficients[rows_of]
+            part = covariance[np.ix_(rows_of, rows_of)]
+            base = self._told(term, values)
             made: list[Interval] = []
-            slopes = np.zeros((len(base), size))
-            for index in range(size):
+            slopes = np.zeros((len(base), len(rows_of)))
+            for index in range(len(rows_of)):
                 step = 1e-3 * math.sqrt(max(part[index, index], 1e-300))
                 moved = values.copy()
                 moved[index] += step
-                for number, (_, _, value) in enumerate(term.parameters(moved)):
+                for number, (_, _, value) in enumerate(self._told(term, moved)):
                     slopes[number, index] = (value - base[number][2]) / step
             for number, (name, unit, value) in enumerate(base):
-                off = float(slopes[number] @ unsure[at : at + size])
+                off = float(slopes[number] @ unsure[rows_of])
                 spread = math.sqrt(max(float(slopes[number] @ part @ slopes[number]), 0.0))
                 half = math.hypot(quantile * spread, _FORM * abs(value))
                 if name in term.fixed:
-                    half = quantile * _searched(term, name, value, base[0][2], part)
+                    half = quantile * _searched(
+                        term, name, value, base[0][2], part[:size, :size]
+                    )
                 low, high = value - half + min(off, 0.0), value + half + max(off, 0.0)
                 made.append(Interval(name, unit, value, low, high))
             found[term.key] = made
             at += size
         return found
+
+
+    def _told(self, term: Term, values: FloatArray) -> Parameters:
+        """Parameters of coefficients, float64[k]; one more is that of the gain beside them."""
+        size = term.columns.shape[0]
+        factor = 1.0
+        if values.size > size:
+            factor = 1.0 / max(self.model.ratio + float(values[size]), 1e-12)
+        return term.parameters(values[:size] * factor)
+
+
+def _keys(terms: Sequence[Term]) -> list[str]:
+    """The key of the term of each coefficient."""
+    return [one.key for one in terms for _ in range(one.columns.shape[0])]
 
 
 def _searched(
@@ -393,12 +425,13 @@ def _solve(
     low: FloatArray,
     ridge: FloatArray,
     blurred: FloatArray,
-    blur: Blur,
+    noise: tuple[float, float],
 ) -> FloatArray:
     """Weighted least squares with lower bounds, by normal equations of scaled columns.
 
     ridge: float64[k], what the square of a coefficient costs beside the squared residuals. blurred:
-    float64[k], share of the acceleration in each column, whose noise is taken out of both sides.
+    float64[k], share of the acceleration in each column, whose noise is taken out of both sides;
+    noise: its size, and the inertia by which the target holds it.
     """
     size = np.sqrt(np.mean(columns**2, axis=0))
     size[size == 0.0] = 1.0
@@ -406,9 +439,9 @@ def _solve(
     weighted = scaled * weights[:, None]
     gram, aim = weighted.T @ scaled + np.diag(ridge / size**2), weighted.T @ target
     if np.any(blurred):
-        freed = _freed(gram, blurred / size, float(weights.sum()) * blur.noise**2)
+        freed = _freed(gram, blurred / size, float(weights.sum()) * noise[0] ** 2)
         gram -= freed
-        aim += blur.inertia * freed @ (blurred / size) / float(np.sum((blurred / size) ** 2))
+        aim += noise[1] * freed @ (blurred / size) / float(np.sum((blurred / size) ** 2))
     found: FloatArray = np.linalg.lstsq(gram, aim, rcond=1e-12)[0] / size
     if np.all(found >= low):
         return found

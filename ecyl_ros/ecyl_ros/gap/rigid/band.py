@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
 from scipy.signal import butter, sosfiltfilt, welch
 
 from ...drive.rigid.machine import Machine
@@ -27,6 +28,25 @@ def low_passed(sos: NDArray[np.float64], values: FloatArray) -> FloatArray:
     """Zero-phase; the straight line through the ends is set aside, so that turns add no step."""
     line = np.linspace(values[0], values[-1], values.size)
     made: FloatArray = sosfiltfilt(sos, values - line) + line
+    return made
+
+
+def slope(values: FloatArray, rate: float) -> FloatArray:
+    """Derivative over time by a cubic spline, float64[n].
+
+    Central differences are too small by 16 % at a tenth of the rate, twice over for acceleration;
+    these by a thousandth.
+    """
+    made: FloatArray = CubicSpline(np.arange(values.size) / rate, values).derivative()(
+        np.arange(values.size) / rate
+    )
+    return made
+
+
+def slope_gain(frequency: FloatArray, rate: float) -> FloatArray:
+    """Gain of `slope` at frequencies, float64[k]."""
+    angle = math.tau * frequency / rate
+    made: FloatArray = rate * 3.0 * np.sin(angle) / (2.0 + np.cos(angle))
     return made
 
 

@@ -32,13 +32,16 @@ def closest(along: Along, solution: Solution) -> Machine:
     ratio = along.model.ratio + sum(
         float(solution.of(one)[0]) for one in solution.terms if one.key == "gain"
     )
+    # Effects are counted in N or N m, whatever the gain comes to.
+    counted = 1.0 / ratio if along.units.own and ratio > 0.0 else 1.0
     for term in solution.terms:
-        values = term.values(solution.of(term))
+        coefficients = solution.of(term)
+        values = term.values(coefficients * counted if term.of_effort else coefficients)
         key = RIGID[term.effect].constant[not machine.linear]
         if solution.known(term) and not key:  # of the recording, not of the machine
             continue
         if solution.known(term) and key in WRITTEN:  # a constant, off its nominal value
-            (value,) = values.values()
+            (value,) = term.values(coefficients).values()
             nominal = getattr(machine, KEYS[key].field)
             moved: dict[str, Any] = {KEYS[key].field: nominal + value / ratio}
             machine = dataclasses.replace(machine, **moved)

@@ -22,7 +22,7 @@ from .balance import Balance, Blur, Solution
 from .compete import compete, concluded
 from .floor import repeatability, white_part
 from .judge import Judgement
-from .lag import sampling_lag
+from .lag import MOVED, in_bounds, lag_left, sampling_lag
 from .motion import Motion, motion_of
 from .noise import UNMODELLED, acceleration_noise, measurement_noise, weighed
 from .null import Null
@@ -56,14 +56,11 @@ def diagnose_rigid(
     motion = without_offsets(motion, catalogue.along)
     motion = weighed(motion, _inertia(catalogue))
     catalogue = Catalogue(motion, machine)
-    blur = Blur(
-        catalogue.model.inertia or 0.0,
-        acceleration_noise(motion),
-        acceleration_noise(motion, counted=True),
-    )
-    balance = Balance(motion, catalogue.nominal(), blur)
+    blur = Blur(acceleration_noise(motion), acceleration_noise(motion, counted=True))
+    model = catalogue.model
+    balance = Balance(motion, catalogue.nominal(), model, blur)
     lag_s = sampling_lag(motion, catalogue.along, balance.fitted)
-    balance = Balance(motion, catalogue.nominal(), blur, lag_s)
+    balance = Balance(motion, catalogue.nominal(), model, blur, lag_s)
     if int(balance.usable.sum()) < 8 * _TOO_LITTLE:
         raise InputError(
             f"{source}: {int(balance.usable.sum())} samples can be compared at a bandwidth of "
@@ -74,6 +71,12 @@ def diagnose_rigid(
     floor = min(floor, float(np.std(balance.effort[balance.usable])) or floor)
     null = Null(balance, catalogue)
     contest = compete(null, floor, without, lambda share: tell(0.1 + 0.4 * share))
+    # What shakes the machine bends a lag that is sought without it.
+    more = lag_left(contest.winner)
+    if abs(more) > MOVED / motion.rate_hz:
+        balance = Balance(motion, catalogue.nominal(), model, blur, in_bounds(motion, lag_s + more))
+        null = Null(balance, catalogue)
+        contest = compete(null, floor, without, lambda share: tell(0.3 + 0.2 * share))
     # What depends on time, or varies fast over the position, does not repeat until it is known.
     finer, finer_is = _floor(balance, catalogue, contest.winner)
     # A fit that leaves far less than the floor on rows it never saw refutes the floor.
@@ -103,7 +106,8 @@ def _inertia(catalogue: Catalogue) -> float:
     """About what it is, in the unit of the effort: by the file, or by the motion."""
     if catalogue.model.inertia is not None:
         return catalogue.model.inertia
-    fit = _broad(Balance(catalogue.motion, catalogue.nominal()), catalogue)
+    plain = Balance(catalogue.motion, catalogue.nominal(), catalogue.model)
+    fit = _broad(plain, catalogue)
     keys = catalogue.model.keys
     scale = {"inertia": 1.0, "gain": keys.inertia}
     return sum(float(fit.of(one)[0]) * scale.get(one.key, 0.0) for one in fit.terms)

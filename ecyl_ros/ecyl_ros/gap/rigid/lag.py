@@ -10,12 +10,13 @@ import math
 
 import numpy as np
 
-from ...effects.actuation_delay import LATE
+from ...effects.actuation_delay import LAG, LATE
 from ...effects.along import Along
 from ..diagnosis import BoolArray, FloatArray
-from .balance import beside
+from .balance import Solution, beside
 from .motion import Motion
 
+MOVED = 0.25  # samples: a lag found to be off by more has effects compete anew
 _FINE = 4  # steps per sample of a search
 _BEYOND = 3.0  # samples searched, so that a lag of more than sampling's is seen to be that
 _LONGEST_S = 0.1  # delay searched
@@ -36,9 +37,18 @@ def sampling_lag(motion: Motion, along: Along, rows: BoolArray) -> float:
     tried = along.model.delay_s + _steps(-_BEYOND, _BEYOND) * period
     shifted = motion.shifted(motion.effort, tried)[:, rows]
     left = np.mean(beside(shifted.T, columns) ** 2, axis=0)
-    best = _lowest(tried, left) - along.model.delay_s
-    # No more is of sampling, but for what a search in noise is off.
-    return best if abs(best) <= (LATE + 1.0 / _FINE) * period else 0.0
+    return in_bounds(motion, _lowest(tried, left) - along.model.delay_s)
+
+
+def in_bounds(motion: Motion, lag_s: float) -> float:
+    """A lag that may be of sampling; else 0. A search in noise is off by a little."""
+    return lag_s if abs(lag_s) <= (LATE + 1.0 / _FINE) / motion.rate_hz else 0.0
+
+
+def lag_left(fit: Solution) -> float:
+    """Seconds of lag that a fit beside the null finds on top."""
+    found = [float(fit.of(one)[0]) for one in fit.terms if one.key == LAG]
+    return found[0] if found else 0.0
 
 
 def delay_of(motion: Motion, effort: FloatArray, explained: FloatArray, rows: BoolArray) -> float:

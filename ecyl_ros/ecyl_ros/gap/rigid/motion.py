@@ -2,7 +2,7 @@
 
 As in the inverse dynamic identification method (Gautier, "Dynamic identification of robots with
 power model", 1997; Janot, Vandanjon, Gautier, 2014): position is low-passed forwards and backwards,
-without shift of phase, before central differences give speed and acceleration; effort and every
+without shift of phase, before splines through it give speed and acceleration; effort and every
 column that is compared with it then pass one and the same low-pass ("parallel filter") and are
 decimated to what that leaves of information.
 """
@@ -30,6 +30,7 @@ from .band import (
     bandwidth_of,
     low_passed,
     position_noise,
+    slope,
     speed_noise_of,
     told_by_speed,
 )
@@ -207,7 +208,7 @@ def motion_of(
         spread = speed_noise_of(noise, cutoff, rate)
     else:
         smooth = low_passed(sos, position)
-        velocity = np.gradient(smooth, 1.0 / rate)
+        velocity = slope(smooth, rate)
         spread = speed_noise_of(noise, cutoff, rate)
         measured = np.isfinite(recorded)
         filled = bridged(recorded, measured) if measured[usable].all() else recorded
@@ -230,7 +231,7 @@ def motion_of(
         time_s=grid,
         position=smooth,
         velocity=velocity,
-        acceleration=np.gradient(velocity, 1.0 / rate),
+        acceleration=slope(velocity, rate),
         raw_position=position,
         recorded_velocity=recorded,
         reference_position=take(f"reference_position_{'m' if linear else 'rad'}"),

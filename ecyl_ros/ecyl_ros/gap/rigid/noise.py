@@ -11,7 +11,7 @@ from ...drive.rigid.loop import gains_of
 from ...drive.rigid.machine import Machine
 from ..diagnosis import FloatArray
 from .balance import Solution
-from .band import DERIVATIVE, ORDER
+from .band import DERIVATIVE, ORDER, slope_gain
 from .grid import bridged, eroded
 from .motion import Motion
 from .terms import Catalogue
@@ -48,7 +48,7 @@ def acceleration_noise(motion: Motion, *, counted: bool = False) -> float:
         spread = motion.position_noise**2 / (0.5 * rate)
         density = max(density, spread * (math.tau * band) ** 2 if motion.by_speed else spread)
     frequency = _grid(motion)
-    gain = (rate * np.sin(math.tau * frequency / rate)) ** order  # of central differences
+    gain = slope_gain(frequency, rate) ** order
     cutoff = min(DERIVATIVE * band, 0.45 * rate)
     gain *= motion.gain(frequency) / (1.0 + (frequency / cutoff) ** (2 * ORDER))
     return math.sqrt(density * float(np.mean(gain**2)) * 0.5 * rate)

@@ -125,10 +125,10 @@ def _stribeck(truth: Truth, size: Size, rng: np.random.Generator) -> Faulty:
 
 def _drift(truth: Truth, size: Size, rng: np.random.Generator) -> Faulty:
     rate = _side(rng) * float(rng.uniform(0.01, 0.03))
-    return Faulty(
-        _more(truth, size.level)._replace(drift_per_s=rate),
-        size.effort("coulomb", size.level) | {"rate_per_s": rate},
-    )
+    made = _more(truth, size.level)._replace(drift_per_s=rate)
+    # All of the friction drifts; a drive file has it of what comes on top.
+    on_top = rate * made.coulomb[0] / size.level
+    return Faulty(made, size.effort("coulomb", size.level) | {"rate_per_s": on_top})
 
 
 def _constant(truth: Truth, size: Size, rng: np.random.Generator) -> Faulty:
