@@ -184,7 +184,7 @@ def test_the_floor_is_what_does_not_repeat() -> None:
     recording = recorded(cycle, 20.0 * cycle.a + unknown, machine, 1.0, 1e-6)
     moved = motion_of(recording, machine, "r")
     catalogue = Catalogue(moved, machine)
-    balance = Balance(moved, catalogue.nominal())
+    balance = Balance(moved, catalogue.nominal(), catalogue.model)
     found = repeatability(
         balance,
         balance.fit([one.term(catalogue.along) for one in (load_viscous_friction, spring_load)]),

@@ -156,7 +156,6 @@ def test_no_cause_no_file(tmp_path) -> None:
             "{cogging_torque: {amplitude_n: 1.0}}",
             "periods_per_screw_rev or period_m is missing",
         ),
-        ("{torque_constant_error: {torque_constant_n_per_a: 2.0}}", "actuation.gain is missing"),
         ("{load_dependent_friction: {coefficient: 0.1, mass_kg: 1.0}}", "expected one of"),
     ],
 )

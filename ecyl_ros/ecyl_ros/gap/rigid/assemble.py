@@ -38,7 +38,9 @@ def assembled(
     block = ruling.causes[0].block if named else (None if no_gap else _nearest_block(judgement))
     steps = [one.rms(judgement.judged) / spread for one in contest.path]
     merged, reached = _merged(ruling.causes, steps) if named else ((), ())
-    best = closest(along, judgement.whole) if named else None
+    order = judgement.contest.order
+    untold = [one for one in judgement.competed if not any(one is other for other in order)]
+    best = closest(along, judgement.whole, untold) if named else None
     gap = SignalGap(motion.effort_name, motion.effort_unit, ruling.before, ruling.after, floor)
     whole = judgement.whole if named else judgement.null.fit([], balance.usable)
     before = contest.nominal.rms(judgement.judged)

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Collection
 from typing import Any
 
 from ...drive.rigid.machine import KEYS, Machine
 from ...drive.rigid.model import Acting
 from ...effects.along import Along
 from ...effects.catalogue import RIGID
+from ...effects.term import Term
 from .balance import Solution
 
 # Keys whose constants are written in their own place; another gain would count all others anew.
@@ -21,8 +23,10 @@ WRITTEN = (
 )
 
 
-def closest(along: Along, solution: Solution) -> Machine:
+def closest(along: Along, solution: Solution, without: Collection[Term] = ()) -> Machine:
     """The nominal machine with the terms of `solution` and their coefficients added.
+
+    without: terms that stay out of it.
 
     Its nominal effort is what `solution` explains, but for a delay, which a fit knows to first
     order only.
@@ -39,6 +43,8 @@ def closest(along: Along, solution: Solution) -> Machine:
         values = term.values(coefficients * counted if term.of_effort else coefficients)
         key = RIGID[term.effect].constant[not machine.linear]
         if solution.known(term) and not key:  # of the recording, not of the machine
+            continue
+        if any(term is one for one in without):
             continue
         if solution.known(term) and key in WRITTEN:  # a constant, off its nominal value
             (value,) = term.values(coefficients).values()

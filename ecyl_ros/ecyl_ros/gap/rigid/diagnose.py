@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Collection
 
 import numpy as np
@@ -24,14 +23,15 @@ from .floor import repeatability, white_part
 from .judge import Judgement
 from .lag import MOVED, in_bounds, lag_left, sampling_lag
 from .motion import Motion, motion_of
-from .noise import UNMODELLED, acceleration_noise, measurement_noise, weighed
+from .noise import acceleration_noise, measurement_noise, weighed
 from .null import Null
 from .offsets import without_offsets
 from .terms import Catalogue
 
 _FINER = 0.8  # a floor below this share of the last one has the effects compete anew
 _REFUTED = 0.5  # of the floor: what leaves less on unseen rows shows that it is no floor
-_TOO_LITTLE = 24  # compared samples per second of use: fewer stretches say nothing
+_SIMPLER = 2  # times that a set may be made simpler
+_TOO_LITTLE = 12  # compared samples per second of use: fewer stretches say nothing
 
 
 def diagnose_rigid(
@@ -91,12 +91,11 @@ def diagnose_rigid(
     if finer < _FINER * floor:
         floor, floor_is = finer, finer_is
         contest = compete(null, floor, without, lambda share: tell(0.5 + 0.4 * share))
-    # Beyond what no model of one inertia explains, whatever noise and repetition say.
-    own = UNMODELLED * float(np.std(balance.effort[balance.usable]))
-    floor = math.hypot(floor, own)
     judgement = Judgement(null, contest, floor, floor_is)
-    simplest = judgement.simplest()
-    if simplest is not None:
+    for _ in range(_SIMPLER):
+        simplest = judgement.simplest()
+        if simplest is None:
+            break
         contest = concluded(null, floor, without, contest, simplest)
         judgement = Judgement(null, contest, floor, floor_is)
     return assembled(judgement, mode, recording, source, drive_name)

@@ -22,7 +22,9 @@ from .white import least_density
 _NEIGHBOURS = 12
 _APART = 2  # stretches between two instants that count as different times, at the least
 _NEAR = 0.3 * math.sqrt(3.0)  # of the state's spread: neighbours further away say nothing
+_QUIET = 0.2  # share of the recording that is quieter than what counts as its noise
 _WHITE = (0.1, 0.9)  # share of the band that its noise is judged by
+_ALL_NEAR = 0.1  # of their mean, by which distances differ
 _FEWEST = 100  # pairs that say something
 
 
@@ -106,7 +108,8 @@ def repeatability(balance: Balance, broad: Solution, periodic: bool) -> float | 
 def white_part(balance: Balance, fit: Solution) -> float:
     """Standard deviation of what has no structure of what a fit leaves.
 
-    White noise is as dense at every frequency of the band: the least density there bounds it.
+    White noise is as dense at every frequency of the band and at all times: the least density there
+    bounds it, of the quieter parts of the recording.
     """
     motion = balance.motion
     band = motion.bandwidth_hz
@@ -116,6 +119,7 @@ def white_part(balance: Balance, fit: Solution) -> float:
         motion.rate_hz / motion.step,
         _WHITE[0] * band,
         below_hz=_WHITE[1] * band,
+        share=_QUIET,
     )
     return math.sqrt(density * band)
 
@@ -136,6 +140,8 @@ def _extrapolated(found: Pairs, values: FloatArray) -> float | None:
         halves.append(0.5 * float(np.median(difference**2)) / 0.455)
     if len(squared) < 4:
         return None
+    if np.ptp(squared) <= _ALL_NEAR * np.mean(squared):  # one distance says nothing of others
+        return math.sqrt(float(np.mean(halves)))
     slope, intercept = np.polyfit(squared, halves, 1)
     least = 0.25 * halves[0]
     value = intercept if slope > 0.0 else float(np.mean(halves))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -25,10 +26,10 @@ from ..verdict import (
 from .balance import Balance, Solution
 from .certainty import Certainty
 from .contest import Contest
-from .noise import measurement_noise
+from .noise import UNMODELLED, measurement_noise
 from .null import Null
 from .terms import Catalogue
-from .void import SILENT, why_not
+from .void import SHEET, SILENT, why_not
 
 _CLOSE, _HELPS_CLOSE = 5.0, 0.25  # where no more than so many floors are left, less has to be gone
 _WANDERS = 0.05  # share of the effort that may not repeat where there is to be no gap
@@ -80,6 +81,7 @@ class Judgement:
         judged: bool[m], rows that gap figures are of.
         whole, spans: the closest set and the file's constants fitted to all rows, and 95 %
             intervals by key of the term.
+        competed: terms of the contest, before what is not sure enough went.
         notes: what was found but is not named.
     """
 
@@ -105,7 +107,7 @@ class Judgement:
         self._alike: dict[str, tuple[str, ...]] = {}
         self._shares: dict[str, float] = {}
         self._shares_all: dict[str, float] = {}
-        self._competed = len(contest.order)
+        self.competed = contest.order
 
     def _helps(self, before: float, best: float, surplus: float) -> bool:
         close = best <= _CLOSE * self.floor
@@ -115,13 +117,17 @@ class Judgement:
         """Decide what is named. Call once."""
         contest = closest = self.contest
         nominal = contest.nominal.rms(self.judged)
+        # Where nothing acts that a model could hold, it is no closer than models are.
+        floor = self.floor
+        if all(self._void[one.key] for one in contest.order):
+            floor = math.hypot(floor, UNMODELLED * self.spread)
         before, best = contest.base.priced(self.judged), contest.winner.priced(self.judged)
         surplus = max(before - self.floor, 1e-12 * before, 1e-300)
         causes = self._causes(before, surplus)
         reason = ""
         # An effort that wanders by itself does not repeat either: that is no floor, but a gap.
         wanders = self.floor > _WANDERS * self.spread and self.floor > 3.0 * self.white
-        no_gap = nominal <= NO_GAP_RATIO * self.floor and not wanders
+        no_gap = nominal <= NO_GAP_RATIO * floor and not wanders
         no_gap = no_gap and not self.null.strained(contest.nominal)
         if wanders:
             self.notes.append(
@@ -132,7 +138,7 @@ class Judgement:
         # Where constants within their tolerances do, there is nothing left to explain.
         strained = bool(self.null.strained(contest.base))
         held = contest.base.rms(self.judged)
-        settled = no_gap or (held <= NO_GAP_RATIO * self.floor and not (strained or wanders))
+        settled = no_gap or (held <= NO_GAP_RATIO * floor and not (strained or wanders))
         named = bool(causes) and helps and not settled
         if named and any(self._unsure(one) for one in contest.order):
             causes = self._sure_ones(causes, before, surplus)
@@ -152,12 +158,12 @@ class Judgement:
         after = final.rms(self.judged)
         silent = sum(one in SILENT for one in self._void.values())
         within_sheet = not (named or no_gap or strained or wanders) and self.null.sheet
-        within_sheet = within_sheet and held <= STRUCTURELESS * self.floor
+        within_sheet = within_sheet and held <= STRUCTURELESS * floor
         if within_sheet:
             final, after = closest.base, held
         gap = max(nominal - self.floor, surplus)
         shrink = shrink_of(nominal, after, gap) if named or within_sheet else 0.0
-        whole = not named or len(self.contest.order) + silent >= self._competed
+        whole = not named or len(self.contest.order) + silent >= len(self.competed)
         signal = float(np.sqrt(np.mean(self.balance.effort[self.judged] ** 2)))
         flat = self.floor > _FLAT * signal and after <= STRUCTURELESS * self.floor
         if flat:
@@ -253,11 +259,14 @@ class Judgement:
         return without.priced(self.judged) - winner.priced(self.judged)
 
     def simplest(self) -> list[Term] | None:
-        """The closest set with friction of one level, where its finer forms cannot be told apart.
+        """The closest set without constants that lie within their tolerance, and with friction of
+        one level, where its finer forms cannot be told apart.
 
         That there is friction is then sure, its form is not. None where nothing is to be changed.
         """
-        order = list(self.contest.order)
+        order = [one for one in self.contest.order if self._void[one.key] != SHEET]
+        if len(order) < len(self.contest.order):
+            return order
         along = self.catalogue.along
         plain = load_coulomb_friction.term(along)
         for at, term in enumerate(order):

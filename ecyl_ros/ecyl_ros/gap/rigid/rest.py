@@ -7,6 +7,7 @@ from scipy.ndimage import binary_dilation, maximum_filter1d, minimum_filter1d
 
 from ..diagnosis import BoolArray
 from .motion import Motion
+from .runs import runs_of
 
 _SLOW = 0.02  # of the top speed: slower than that, for long and without getting anywhere, is rest
 _PLACE = 2e-3  # of the travel: so far may it creep meanwhile (bristles give way)
@@ -25,9 +26,12 @@ def at_rest(motion: Motion) -> BoolArray:
         motion.position, shortest
     )
     still = (speed < _SLOW * top) & (around <= _PLACE * travel)
-    # As far as the windows reach that hold no motion.
-    found = binary_dilation(still, np.ones(2 * (shortest // 2) + 1, dtype=bool))
-    found &= speed < _SLOW * top
+    # As far as the windows reach that hold no motion; a mere reversal is shorter.
+    slow = binary_dilation(still, np.ones(2 * (shortest // 2) + 1, dtype=bool))
+    slow &= speed < _SLOW * top
+    found = np.zeros_like(slow)
+    for begin, end in runs_of(slow):
+        found[begin:end] = end - begin >= shortest
     width = 2 * max(1, round(_SMEARED * motion.rate_hz / motion.bandwidth_hz)) + 1
     made: BoolArray = binary_dilation(found, np.ones(width, dtype=bool)) if found.any() else found
     return made

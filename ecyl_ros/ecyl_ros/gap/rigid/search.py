@@ -17,6 +17,7 @@ from .floor import Pairs, coherence, less_line, pairs
 from .lag import delay_of
 
 _MOST = 3  # peaks tried
+_SLOWLY = 0.25  # of the time it moves no faster: where a wave has to be within the band
 _SHARE = 0.01  # of the power that a peak holds
 _FINE = 0.25  # of what two frequencies have to be apart to be told, between two tried
 _POINTS = 8_000_000  # sines of one scan at the most
@@ -128,7 +129,7 @@ def _orders(
     travel = float(np.ptp(position))
     if not travel > 0.0:
         return []
-    speed = per_output * float(np.median(np.abs(motion.velocity[motion.rows][rows])))
+    speed = per_output * float(np.quantile(np.abs(motion.velocity[motion.rows][rows]), _SLOWLY))
     highest = math.tau * motion.bandwidth_hz / max(speed, 1e-12)
     # A wave as short as the noise of the position is in no phase.
     highest = min(highest, 1.0 / (per_output * motion.position_noise))

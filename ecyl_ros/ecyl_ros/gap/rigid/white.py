@@ -28,11 +28,13 @@ def least_density(
     above_hz: float,
     order: int = 0,
     below_hz: float = math.inf,
+    share: float = 0.5,
 ) -> float:
     """Least one-sided density between two frequencies, or up to half the rate, in values^2 / Hz.
 
     Freed of what the least of several estimates lies too low. Of the segments of a recording the
-    median counts, for a blow is in all frequencies of its segment.
+    median counts (or another `share` of them is below), for a blow is in all frequencies of its
+    segment.
 
     order: of the differences by which values are taken that move far beyond their noise.
     """
@@ -44,7 +46,7 @@ def least_density(
     parts = np.array_split(np.flatnonzero(inside[1:-1]) + 1, _PARTS)
     means = np.array([power[:, part].mean(axis=1) for part in parts if part.size])
     freedom = 2.0 * min(part.size for part in parts if part.size) / _APART
-    middles = np.median(means, axis=1) * (freedom / float(chi2.median(freedom)))
+    middles = np.quantile(means, share, axis=1) * (freedom / float(chi2.ppf(share, freedom)))
     # The standard error of a median is sqrt(pi / 2) that of a mean.
     spread = math.sqrt(2.0 / freedom * 0.5 * math.pi / power.shape[0])
     lowest = float(norm.ppf(1.0 - 0.5 ** (1.0 / len(means))))
