@@ -56,8 +56,8 @@ class Term:
             was searched; 0 where it can only be a whole number.
         rate: of a sine, per rad of the turn (per m, in Hz over time). phase: float64[n] of it.
             over_time: whether it is one of time.
-        of_effort: whether its coefficients are efforts, by the file's gain, so that another gain has
-            them be others in N or N m.
+        of_effort: whether its coefficients are efforts, by the file's gain: in N or N m they are
+            others by another gain.
         inertia: share of the acceleration in its first column.
         sought: what its first parameter would be by another property of the effort than its size.
         follows: whether its columns follow what is explained so far. again: the same along another

@@ -241,7 +241,10 @@ class Candidates:
         """
         for name in best.names:
             refines = [one for one in CATALOGUE[name].refines if one in self.names]
-            for simple in [*((one,) for one in refines), *([tuple(refines)] if refines[1:] else [])]:
+            for simple in [
+                *((one,) for one in refines),
+                *([tuple(refines)] if refines[1:] else []),
+            ]:
                 if any(one in best.names for one in simple):
                     continue
                 start = self._instead(best, name, simple)

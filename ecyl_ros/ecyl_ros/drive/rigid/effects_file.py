@@ -49,7 +49,6 @@ _NAMES: dict[str, Callable[[str, Units], tuple[str, str]]] = {
 }
 
 
-
 def _name(stem: Stem, units: Units) -> tuple[str, str]:
     return _NAMES[stem.kind](stem.name, units)
 

@@ -285,15 +285,13 @@ class Balance:
         grown = np.sqrt(np.maximum(np.diag(white) / np.maximum(np.diag(made), 1e-300), 1.0))
         return made * np.outer(grown, grown), count
 
-    def _inverse(
-        self, solution: Solution, columns: FloatArray, weights: FloatArray
-    ) -> FloatArray:
+    def _inverse(self, solution: Solution, columns: FloatArray, weights: FloatArray) -> FloatArray:
         """Of the normal equations, float64[k, k]; columns, weights: float64[m, ...] of its rows."""
         gram = (columns * weights[:, None]).T @ columns + np.diag(
             solution.prior**2 * solution.share
         )
         blurred = self._blurred(solution.terms)
-        gram -= _freed(gram, blurred, float(weights.sum()) * self.blur.noise**2)
+        gram = gram - _freed(gram, blurred, float(weights.sum()) * self.blur.noise**2)
         made: FloatArray = np.linalg.pinv(gram, hermitian=True)
         return made
 
@@ -343,15 +341,12 @@ class Balance:
                 spread = math.sqrt(max(float(slopes[number] @ part @ slopes[number]), 0.0))
                 half = math.hypot(quantile * spread, _FORM * abs(value))
                 if name in term.fixed:
-                    half = quantile * _searched(
-                        term, name, value, base[0][2], part[:size, :size]
-                    )
+                    half = quantile * _searched(term, name, value, base[0][2], part[:size, :size])
                 low, high = value - half + min(off, 0.0), value + half + max(off, 0.0)
                 made.append(Interval(name, unit, value, low, high))
             found[term.key] = made
             at += size
         return found
-
 
     def _told(self, term: Term, values: FloatArray) -> Parameters:
         """Parameters of coefficients, float64[k]; one more is that of the gain beside them."""

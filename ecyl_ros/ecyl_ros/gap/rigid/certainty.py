@@ -55,9 +55,7 @@ class Certainty:
         own = self._apart(winner, self.contest.without[term.effect])
         for other, rival in self.contest.swaps[term.effect]:
             better = rival.priced(self.judged) * math.hypot(1.0, _ALIKE) < best
-            if term.effect in other.contained or (
-                self._finer(rival, winner, term) and not better
-            ):
+            if term.effect in other.contained or (self._finer(rival, winner, term) and not better):
                 continue  # a finer form of the same
             if other.effect == term.effect:  # another order or line, as good as the one found
                 behind = min(behind, max(rival.priced(self.judged), best))

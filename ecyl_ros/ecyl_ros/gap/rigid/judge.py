@@ -75,8 +75,8 @@ class Judgement:
     """From a contest to a ruling.
 
     Attributes:
-        null, balance, catalogue, contest: what competed on which recording. The contest is without what
-            is not sure enough once `rule` has been called.
+        null, balance, catalogue, contest: what competed on which recording. The contest is without
+            what is not sure enough once `rule` has been called.
         floor, floor_is: standard deviation of what cannot be explained, and what it is.
         judged: bool[m], rows that gap figures are of.
         whole, spans: the closest set and the file's constants fitted to all rows, and 95 %
@@ -85,9 +85,7 @@ class Judgement:
         notes: what was found but is not named.
     """
 
-    def __init__(
-        self, null: Null, contest: Contest, floor: float, floor_is: str
-    ) -> None:
+    def __init__(self, null: Null, contest: Contest, floor: float, floor_is: str) -> None:
         balance, catalogue = null.balance, null.catalogue
         self.null, self.balance, self.catalogue, self.contest = null, balance, catalogue, contest
         self.floor, self.floor_is = floor, floor_is

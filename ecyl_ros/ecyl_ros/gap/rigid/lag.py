@@ -76,4 +76,3 @@ def _lowest(tried: FloatArray, left: FloatArray) -> float:
     bent = before - 2.0 * least + after
     off = 0.5 * (before - after) / bent if bent > 0.0 else 0.0
     return float(tried[at] + off * (tried[1] - tried[0]))
-

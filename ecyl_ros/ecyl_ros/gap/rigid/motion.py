@@ -56,8 +56,9 @@ class Motion(Course):
         by_speed: whether speed and acceleration come from the recorded speed.
         standing: share of the motion over which the effort stood still, as it can not.
         bandwidth_hz: of the comparison; `position` is low-passed at 2.5 times that. step: samples
-            of the grid per compared sample. weight_hz: where noise of the acceleration overtakes all
-            other; what is compared is weighed down beyond, so that what is left is white.
+            of the grid per compared sample.
+        weight_hz: where noise of the acceleration overtakes all other; what is compared is weighed
+            down beyond, so that what is left is white.
         notes: what was found lacking.
     """
 

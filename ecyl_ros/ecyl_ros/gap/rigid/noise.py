@@ -32,7 +32,9 @@ def effort_noise(motion: Motion, stated: float | None = None) -> float:
         density = stated**2 / (0.5 * motion.rate_hz)
     else:
         density = least_density(motion.effort, motion.usable, motion.rate_hz, motion.bandwidth_hz)
-    return math.sqrt(density * 0.5 * motion.rate_hz * float(np.mean(motion.gain(_grid(motion)) ** 2)))
+    return math.sqrt(
+        density * 0.5 * motion.rate_hz * float(np.mean(motion.gain(_grid(motion)) ** 2))
+    )
 
 
 def acceleration_noise(motion: Motion, *, counted: bool = False) -> float:
@@ -58,8 +60,8 @@ def weighed(motion: Motion, inertia: float) -> Motion:
     """The motion with its `weight_hz`, for an output of `inertia` in the unit of its effort.
 
     Noise of the position grows with the square of the frequency on its way to an effort, and swamps
-    what else could be seen in a wide band. Where it overtakes noise of the effort, and what no model
-    explains, all that is compared is turned down with it.
+    what else could be seen in a wide band. Where it overtakes noise of the effort, and what no
+    model explains, all that is compared is turned down with it.
     """
     usable = motion.usable
     if not (inertia > 0.0 and usable.any()):

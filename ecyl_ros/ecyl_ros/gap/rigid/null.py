@@ -1,4 +1,4 @@
-"""What every set of effects is fitted beside: what the file leaves out, and its uncertain constants.
+"""What every set of effects is fitted beside: what the file leaves out, and what is uncertain of it.
 
 A constant is no better known than its tolerance, and is fitted at the price of a pull on it; what
 the file leaves out is free. Alone this is the null: the best that the data sheet allows.
@@ -61,7 +61,7 @@ class Null:
         return self.balance.fit(every, rows, rounds, prior)
 
     def cross_validated(self, terms: Sequence[Term], scale: float) -> tuple[FloatArray, float]:
-        """See `Balance.cross_validated`; raised by the price of the pulls on the sheet, and that."""
+        """See `Balance.cross_validated`; raised by the price of its pulls, and that price."""
         self.fits += self.balance.FOLDS
         every, prior = self._beside(terms)
         costs = self.balance.cross_validated(every, scale, prior)

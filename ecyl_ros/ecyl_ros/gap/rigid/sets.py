@@ -131,7 +131,7 @@ class Sets:
         return Standing(now, cap, self._surplus(now), current.scale, price, strained)
 
     def gained(self, before: Standing, then: Sequence[Term], by: Term) -> Gain | None:
-        """What another set takes off where cross-validated, by one term; None where it cannot be."""
+        """What another set takes off, cross-validated, by one term; None where it cannot be."""
         costs, price = self.null.cross_validated(then, before.scale)
         if costs.size != before.costs.size or not np.all(np.isfinite(costs)):
             return None

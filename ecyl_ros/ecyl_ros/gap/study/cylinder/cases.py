@@ -32,7 +32,7 @@ SHARES = {
 
 VISIBLE = 4.0  # an effect's gap in at least one signal, in noise floors of that signal
 ABSURD = 3.0  # peak speed, current or voltage over the healthy machine's, at most
-MOTIONS = 20  # (and drives, where each case has its own) tried before an effect is called impossible to show
+MOTIONS = 20  # or drives, tried before an effect is called impossible to show
 
 
 def stated(drive: DriveParameters, sheet: float) -> DriveParameters:
