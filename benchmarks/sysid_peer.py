@@ -195,7 +195,7 @@ def pose(subject: Subject) -> Posed:
     """The windows of a recording; InputError where it has none to fit and to judge."""
     motion = motion_of(subject.recording, subject.machine, subject.name, subject.mode)
     catalogue = Catalogue(motion, subject.machine)
-    balance = Balance(motion, catalogue.nominal())
+    balance = Balance(motion, catalogue.nominal(), catalogue.model)
     begin = float(balance.time_s[balance.usable][0]) if balance.usable.any() else 0.0
     stretch = np.floor((motion.time_s - begin) / balance.stretch_s).astype(np.int64)
     least = max(8, int(0.5 * balance.stretch_s * motion.rate_hz))

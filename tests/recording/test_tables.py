@@ -41,6 +41,7 @@ def mapped(path: Path, tree: dict | None = None, **more: object) -> np.ndarray:
         'time , "pos" , note\n0, 1, start\n0.001, 2.5, "a, b"\n0.002, -3,\n',
         "time,pos\ns,mm\n0,1\n0.001,2.5\n0.002,-3\n\n\n",
         "time,pos\n0,1\n0.001,2.5\n0.002,-3\n0.003",
+        "time\tpos\t\n0\t1\t\n0.001\t2.5\t\n0.002\t-3\t\n",
     ],
 )
 def test_the_same_table_in_many_spellings(tmp_path: Path, text: str) -> None:

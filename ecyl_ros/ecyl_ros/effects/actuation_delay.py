@@ -62,16 +62,20 @@ def term(along: Along, explained: FloatArray, delay_s: float) -> Term:
     rate_hz = along.motion.rate_hz
     delay_s = max(delay_s, 1.0 / rate_hz)
     ahead = np.interp(along.motion.time_s + delay_s, along.motion.time_s, explained)
+    column = (ahead - explained) / delay_s
     return Term(
         effect="actuation_delay",
         key="delay",
-        columns=((ahead - explained) / delay_s)[None],
+        columns=column[None],
         parameters=lambda c: (("delay_s", "s", float(c[0])),),
         values=lambda c: {"delay": float(c[0])},
         low=(0.0,),
         alternatives=("measurement_delay",),
         least=LATE / rate_hz,
         sought=delay_s,
+        again=lambda late, values: term(
+            along, late - float(values[0]) * column, max(float(values[0]), 0.0)
+        ),
         follows=True,
         of_effort=False,
     )

@@ -60,8 +60,9 @@ class Term:
             others by another gain.
         inertia: share of the acceleration in its first column.
         sought: what its first parameter would be by another property of the effort than its size.
-        follows: whether its columns follow what is explained so far. again: the same along another
-            effort, float64[n], where it has to be followed on.
+        follows: whether its columns follow what is explained so far. again: the same along the
+            effort that its set explains, itself included, float64[n], and from its coefficients so
+            far, where it has to be followed on.
     """
 
     effect: str
@@ -86,7 +87,7 @@ class Term:
     inertia: float = 0.0
     sought: float = 0.0
     follows: bool = False
-    again: Callable[[FloatArray], Term] | None = None
+    again: Callable[[FloatArray, FloatArray], Term] | None = None
 
     @property
     def size(self) -> int:

@@ -59,7 +59,7 @@ def term(along: Along, order: float, effort: FloatArray) -> Term:
         key=f"ripple {order:.9g}",
         follows=True,
         of_effort=False,
-        again=lambda explained: term(along, order, explained),
+        again=lambda explained, values: term(along, order, explained),
     )
     return replace(share, columns=effort * share.columns)
 

@@ -33,7 +33,7 @@ def unclear(fit: Fit, fitter: Fitter) -> dict[str, str]:
         elif sized and all(
             low <= neutral + open_ and high >= neutral - open_ for low, high in held
         ):
-            what = "its tolerance" if open_ > 0.0 else "nothing at all"
+            what = "its tolerance" if open_ > 0.0 else "its neutral value"
             found[name] = f"would come nearer, but its 95 % interval holds {what}"
     return found
 

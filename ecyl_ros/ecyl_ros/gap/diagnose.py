@@ -63,9 +63,12 @@ def diagnose(
         raise InputError(f"no effect called {unknown[0]}; expected one of {', '.join(known)}")
     full = isinstance(drive, DriveParameters)
     shortest = _SHORTEST_S if full else _SHORTEST_RIGID_S
-    if len(recording) and recording.duration_s < shortest:
+    # The last sample counts for a period, too: 3000 samples at 1 kHz are 3 s.
+    samples = len(recording)
+    long_s = recording.duration_s * samples / (samples - 1) if samples > 1 else 0.0
+    if samples and long_s < shortest * (1.0 - 1e-6):
         raise InputError(
-            f"{source}: {recording.duration_s:.3g} s long, expected at least {shortest:g} s to "
+            f"{source}: {long_s:.4g} s long, expected at least {shortest:g} s to "
             "fit on one part and judge on another"
         )
     tell = progress or (lambda share: None)

@@ -292,7 +292,7 @@ class CsvTable:
             blanks = self.delimiter == " "
             outside = _outside_quotes(text)
             cells = len(text.split()) if blanks else outside.count(self.delimiter) + 1
-            if cells == expected + 1 and outside.rstrip().endswith(self.delimiter):
+            if cells == expected + 1 and outside.rstrip(" ").endswith(self.delimiter):
                 end = row.rstrip(b"\r\n ")
                 kept.append(end[: -len(sign)] + b"\n")
                 continue

@@ -287,13 +287,11 @@ class Balance:
 
     def _inverse(self, solution: Solution, columns: FloatArray, weights: FloatArray) -> FloatArray:
         """Of the normal equations, float64[k, k]; columns, weights: float64[m, ...] of its rows."""
-        gram = (columns * weights[:, None]).T @ columns + np.diag(
-            solution.prior**2 * solution.share
-        )
+        ridge = np.diag(solution.prior**2 * solution.share)
+        gram = (columns * weights[:, None]).T @ columns + ridge
         blurred = self._blurred(solution.terms)
-        gram = gram - _freed(gram, blurred, float(weights.sum()) * self.blur.noise**2)
-        made: FloatArray = np.linalg.pinv(gram, hermitian=True)
-        return made
+        noise = _freed(gram, blurred, float(weights.sum()) * self.blur.noise**2)
+        return np.asarray(np.linalg.pinv(gram - noise, hermitian=True), dtype=np.float64)
 
     def unsure(self, solution: Solution, rows: BoolArray) -> FloatArray:
         """How far coefficients may be off by the steps of the encoder, float64[k], signed.

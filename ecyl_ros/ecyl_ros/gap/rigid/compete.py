@@ -21,6 +21,7 @@ from .sets import LEAST_GAIN, Sets
 from .terms import free_means
 
 _SIMPLER = 0.85  # share of the best gain with which a simpler effect goes first
+_AGAIN = 3  # times that columns follow the effort
 _MOST = 8  # terms in a set
 _SINGLES = 8  # shown alone
 
@@ -121,13 +122,14 @@ def _first(ranked: Sequence[tuple[float, Term]]) -> Term:
 
 
 def _afresh(sets: Sets, chosen: Sequence[Term]) -> list[Term]:
-    """A ripple is a share of the effort: of what the set explains now, ripple included."""
+    """A ripple is a share of the effort, a delay shifts it: of what the set explains now."""
     kept = list(chosen)
-    for _ in range(2):
+    for _ in range(_AGAIN):
         if all(one.again is None for one in kept):
             break
-        explained = sets.fit(kept).explained(sets.balance.nominal)
-        kept = [one if one.again is None else one.again(explained) for one in kept]
+        fit = sets.fit(kept)
+        explained = fit.explained(sets.balance.nominal)
+        kept = [one if one.again is None else one.again(explained, fit.of(one)) for one in kept]
     return kept
 
 

@@ -30,6 +30,7 @@ from .terms import Catalogue
 
 _FINER = 0.8  # a floor below this share of the last one has the effects compete anew
 _REFUTED = 0.5  # of the floor: what leaves less on unseen rows shows that it is no floor
+_ROUNDS = 3  # of competitions, each with the floor and the lag that the last one found
 _SIMPLER = 2  # times that a set may be made simpler
 _TOO_LITTLE = 12  # compared samples per second of use: fewer stretches say nothing
 
@@ -70,27 +71,22 @@ def diagnose_rigid(
     floor, floor_is = _floor(balance, catalogue, _broad(balance, catalogue))
     floor = min(floor, float(np.std(balance.effort[balance.usable])) or floor)
     null = Null(balance, catalogue)
-    contest = compete(null, floor, without, lambda share: tell(0.1 + 0.4 * share))
-    # What shakes the machine bends a lag that is sought without it.
-    more = lag_left(contest.winner)
-    if abs(more) > MOVED / motion.rate_hz:
-        balance = Balance(motion, catalogue.nominal(), model, blur, in_bounds(motion, lag_s + more))
-        null = Null(balance, catalogue)
-        contest = compete(null, floor, without, lambda share: tell(0.3 + 0.2 * share))
-    # What depends on time, or varies fast over the position, does not repeat until it is known.
-    finer, finer_is = _floor(balance, catalogue, contest.winner)
-    # A fit that leaves far less than the floor on rows it never saw refutes the floor.
-    left = float(np.sqrt(np.mean(contest.winner.residual[balance.judged] ** 2)))
-    if left < _REFUTED * finer:
-        finer, finer_is = left, "what the closest model leaves"
-    white = white_part(balance, contest.winner)
-    if white > finer:
-        finer, finer_is = white, "what has no structure of what is left"
-    if finer > floor:
-        floor, floor_is = finer, finer_is
-    if finer < _FINER * floor:
-        floor, floor_is = finer, finer_is
-        contest = compete(null, floor, without, lambda share: tell(0.5 + 0.4 * share))
+    for number in range(_ROUNDS):
+        contest = compete(null, floor, without, _part(tell, number))
+        settled = True
+        # What shakes the machine bends a lag that is sought without it.
+        more = lag_left(contest.winner)
+        if abs(more) > MOVED / motion.rate_hz:
+            lag_s, settled = in_bounds(motion, lag_s + more), False
+            balance = Balance(motion, catalogue.nominal(), model, blur, lag_s)
+            null = Null(balance, catalogue)
+        finer, finer_is = _finer_floor(balance, catalogue, contest.winner)
+        if finer < _FINER * floor:
+            settled = False
+        if finer < _FINER * floor or finer > floor:
+            floor, floor_is = finer, finer_is
+        if settled:
+            break
     judgement = Judgement(null, contest, floor, floor_is)
     for _ in range(_SIMPLER):
         simplest = judgement.simplest()
@@ -99,6 +95,27 @@ def diagnose_rigid(
         contest = concluded(null, floor, without, contest, simplest)
         judgement = Judgement(null, contest, floor, floor_is)
     return assembled(judgement, mode, recording, source, drive_name)
+
+
+def _part(tell: Callable[[float], None], number: int) -> Callable[[float], None]:
+    """Tells the share done of one competition out of some."""
+    return lambda share: tell(0.1 + (number + share) * 0.8 / _ROUNDS)
+
+
+def _finer_floor(balance: Balance, catalogue: Catalogue, winner: Solution) -> tuple[float, str]:
+    """The floor once `winner` is known.
+
+    What depends on time, or varies fast over the position, does not repeat until then.
+    """
+    finer, finer_is = _floor(balance, catalogue, winner)
+    # A fit that leaves far less than the floor on rows it never saw refutes the floor.
+    left = winner.rms(balance.judged)
+    if left < _REFUTED * finer:
+        finer, finer_is = left, "what the closest model leaves"
+    white = white_part(balance, winner)
+    if white > finer:
+        finer, finer_is = white, "white noise"
+    return finer, finer_is
 
 
 def _inertia(catalogue: Catalogue) -> float:

@@ -10,6 +10,7 @@ import math
 
 import numpy as np
 
+from ...effects import actuation_delay
 from ...effects.actuation_delay import LAG, LATE
 from ...effects.along import Along
 from ..diagnosis import BoolArray, FloatArray
@@ -46,9 +47,12 @@ def in_bounds(motion: Motion, lag_s: float) -> float:
 
 
 def lag_left(fit: Solution) -> float:
-    """Seconds of lag that a fit beside the null finds on top."""
-    found = [float(fit.of(one)[0]) for one in fit.terms if one.key == LAG]
-    return found[0] if found else 0.0
+    """Seconds of lag that a fit finds on top: beside the null, or as a delay that is no longer."""
+    for one in fit.terms:
+        value = float(fit.of(one)[0])
+        if one.key == LAG or (one.effect == actuation_delay.EFFECT.name and value <= one.least):
+            return value
+    return 0.0
 
 
 def delay_of(motion: Motion, effort: FloatArray, explained: FloatArray, rows: BoolArray) -> float:

@@ -54,6 +54,9 @@ def measured(
 def _total(term: Term, span: Interval, along: Along, keys: set[str]) -> Measured | None:
     """A value of the whole model: what the file says with what was found."""
     model, units = along.model, along.units
+    if term.key == "gain":
+        meaning = "output effort per unit of the signal"
+        return Measured(*span, meaning, along.machine.gain)
     if term.key == "inertia":
         return Measured(*span, "all that moves", model.inertia)
     constant = model.constant if "constant" not in keys else 0.0
@@ -94,11 +97,12 @@ def costs(motion: Motion, along: Along, mode: float | None) -> list[str]:
         f"{motion.rate_hz / motion.step:.3g} samples per second; faster effects are not seen",
     ]
     if motion.effort_unit not in ("N", "N m"):
+        told = "" if not any(along.model.keys) else ", and found with the values of the file"
         notes.append(
-            f"actuation.gain is left out: effort is counted in {motion.effort_unit}, inertia "
-            "and friction are known as multiples of it, and a wrong gain cannot be seen"
+            f"actuation.gain is left out{told}: effort is counted in {motion.effort_unit}, and a "
+            "wrong gain cannot be seen"
         )
-    if not along.known_inertia:
+    if not (along.known_inertia or along.model.keys.inertia):
         key = "load.mass" if machine.linear else "load.inertia"
         notes.append(
             f"{key} is left out: it was found from the recording, so that a wrong one, or a "

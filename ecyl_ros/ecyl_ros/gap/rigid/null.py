@@ -1,4 +1,4 @@
-"""What every set of effects is fitted beside: what the file leaves out, and what is uncertain of it.
+"""What every set of effects is fitted beside: what the file leaves out, what it is unsure of.
 
 A constant is no better known than its tolerance, and is fitted at the price of a pull on it; what
 the file leaves out is free. Alone this is the null: the best that the data sheet allows.

@@ -142,8 +142,13 @@ class Sets:
         """What comes back with a set that one term has left."""
         costs, price = self.null.cross_validated(rest, full.scale)
         strained = self.null.strained(self.null.fit(rest))
-        back = np.minimum(costs, _HURT * full.cap) - full.costs
-        return _gain(back, full.surplus, (by.effect in strained) * (price - full.price))
+        saved = (by.effect in strained) * (price - full.price)
+        # It may hurt much in few places, or a little everywhere beside a mishap.
+        both = [
+            _gain(np.minimum(costs, most) - full.costs, full.surplus, saved)
+            for most in (_HURT * full.cap, full.cap)
+        ]
+        return max(both, key=lambda one: (one.earned, one.share))
 
     def glimpsed(self, before: Standing, then: Solution) -> float:
         """Mean cost of a plain fit on the stretches that it was fitted to."""
