@@ -26,7 +26,7 @@ _NEARLY = 0.8  # of what letting the most strained constant go would save
 
 
 class Uncertain(NamedTuple):
-    """A constant as a term; width: half of its tolerance, in what the coefficient counts."""
+    """A constant as a term; width: its tolerance, in what the coefficient counts."""
 
     term: Term
     width: float
