@@ -22,6 +22,7 @@ from .white import least_density
 _NEIGHBOURS = 12
 _APART = 2  # stretches between two instants that count as different times, at the least
 _NEAR = 0.3 * math.sqrt(3.0)  # of the state's spread: neighbours further away say nothing
+_BRIEF = 64  # compared samples of a spectrum: short, so that there are some between two blows
 _QUIET = 0.2  # share of the recording that is quieter than what counts as its noise
 _WHITE = (0.1, 0.9)  # share of the band that its noise is judged by
 _ALL_NEAR = 0.1  # of their mean, by which distances differ
@@ -120,6 +121,7 @@ def white_part(balance: Balance, fit: Solution) -> float:
         _WHITE[0] * band,
         below_hz=_WHITE[1] * band,
         share=_QUIET,
+        segment=_BRIEF,
     )
     return math.sqrt(density * band)
 

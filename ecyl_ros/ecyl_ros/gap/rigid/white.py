@@ -29,17 +29,18 @@ def least_density(
     order: int = 0,
     below_hz: float = math.inf,
     share: float = 0.5,
+    segment: int = _SEGMENT,
 ) -> float:
     """Least one-sided density between two frequencies, or up to half the rate, in values^2 / Hz.
 
     Freed of what the least of several estimates lies too low. Of the segments of a recording the
     median counts (or another `share` of them is below), for a blow is in all frequencies of its
-    segment.
+    segment, of `segment` samples at the most.
 
     order: of the differences by which values are taken that move far beyond their noise.
     """
     taken = np.diff(values, order, prepend=np.full(order, values[0]))
-    power = _spectra(taken, usable, rate_hz)
+    power = _spectra(taken, usable, rate_hz, segment)
     frequency = np.linspace(0.0, 0.5 * rate_hz, power.shape[1])
     power[:, 1:] /= (2.0 * np.sin(np.pi * frequency[1:] / rate_hz)) ** (2 * order)
     inside = (frequency >= above_hz) & (frequency <= below_hz)
@@ -53,7 +54,9 @@ def least_density(
     return float(middles.min()) / max(1.0 + lowest * spread, 0.5)
 
 
-def _spectra(values: FloatArray, usable: BoolArray, rate_hz: float) -> FloatArray:
+def _spectra(
+    values: FloatArray, usable: BoolArray, rate_hz: float, segment: int = _SEGMENT
+) -> FloatArray:
     """Densities of half overlapping segments of usable samples in a row, float64[segments, bins].
 
     Of all samples, where nowhere enough are usable in a row.
@@ -62,7 +65,7 @@ def _spectra(values: FloatArray, usable: BoolArray, rate_hz: float) -> FloatArra
     longest = int(np.max(runs[:, 1] - runs[:, 0], initial=0))
     if longest < _SHORTEST:
         runs, longest = np.array([[0, values.size]]), values.size
-    size = min(_SEGMENT, longest) // 2 * 2
+    size = min(segment, longest) // 2 * 2
     starts = [at for a, b in runs.tolist() for at in range(a, b - size + 1, max(size // 2, 1))]
     pieces = np.stack([values[at : at + size] for at in starts])
     window = get_window("hann", size)
