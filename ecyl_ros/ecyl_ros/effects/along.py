@@ -86,15 +86,17 @@ class Along:
 
     def least_coulomb(self) -> Pair:
         """Least that friction of one level may be changed by, forwards and backwards."""
-        open_ended = not self.known_gain and self.model.keys.coulomb > 0.0
-        first, second = self.model.coulomb
-        return (-math.inf, -math.inf) if open_ended else (-first, -second)
+        return self._least(self.model.coulomb, self.model.keys.coulomb)
 
     def least_viscous(self) -> Pair:
         """The same of friction in proportion to speed."""
-        open_ended = not self.known_gain and self.model.keys.viscous > 0.0
-        first, second = self.model.viscous
-        return (-math.inf, -math.inf) if open_ended else (-first, -second)
+        return self._least(self.model.viscous, self.model.keys.viscous)
+
+    def _least(self, nominal: Pair, stated: float) -> Pair:
+        """All of it; without bound where the file states it and nothing tells the gain."""
+        if stated > 0.0 and not self.known_gain:
+            return -math.inf, -math.inf
+        return -nominal[0], -nominal[1]
 
     def keys_effort(self) -> FloatArray:
         """The effort that the keys of the file ask for, by its own gain."""

@@ -53,8 +53,9 @@ class Certainty:
             math.sqrt(max(best**2 - self.floor**2, 0.0)), _ALIKE * min(best, self.floor)
         )
         own = self._apart(winner, self.contest.without[term.effect])
+        worse = math.hypot(1.0, _ALIKE)
         for other, rival in self.contest.swaps[term.effect]:
-            better = rival.priced(self.judged) * math.hypot(1.0, _ALIKE) < best
+            better = rival.priced(self.judged) * worse < best
             if term.effect in other.contained or (self._finer(rival, winner, term) and not better):
                 continue  # a finer form of the same
             if other.effect == term.effect:  # another order or line, as good as the one found
@@ -64,7 +65,6 @@ class Certainty:
                 continue
             apart = self._apart(winner, rival)
             simpler = self._within([other], [term])
-            worse = math.hypot(1.0, _ALIKE)
             alike = apart <= unknown and rival.dearer <= worse**2 * winner.dearer
             near = alike or rival.priced(self.judged) <= worse * best
             if not simpler and near and apart <= math.sqrt(_OWN) * own:

@@ -73,20 +73,17 @@ def diagnose_rigid(
     null = Null(balance, catalogue)
     for number in range(_ROUNDS):
         contest = compete(null, floor, without, _part(tell, number))
-        settled = True
-        # What shakes the machine bends a lag that is sought without it.
+        finer, finer_is = _finer_floor(balance, catalogue, contest.winner)
         more = lag_left(contest.winner)
-        if abs(more) > MOVED / motion.rate_hz:
-            lag_s, settled = in_bounds(motion, lag_s + more), False
+        moved, lower = abs(more) > MOVED / motion.rate_hz, finer < _FINER * floor
+        if lower or finer > floor:
+            floor, floor_is = finer, finer_is
+        if not (moved or lower) or number == _ROUNDS - 1:
+            break
+        if moved:  # what shakes the machine bends a lag that is sought without it
+            lag_s = in_bounds(motion, lag_s + more)
             balance = Balance(motion, catalogue.nominal(), model, blur, lag_s)
             null = Null(balance, catalogue)
-        finer, finer_is = _finer_floor(balance, catalogue, contest.winner)
-        if finer < _FINER * floor:
-            settled = False
-        if finer < _FINER * floor or finer > floor:
-            floor, floor_is = finer, finer_is
-        if settled:
-            break
     judgement = Judgement(null, contest, floor, floor_is)
     for _ in range(_SIMPLER):
         simplest = judgement.simplest()
