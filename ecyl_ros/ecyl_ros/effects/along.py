@@ -98,6 +98,13 @@ class Along:
             return -math.inf, -math.inf
         return -nominal[0], -nominal[1]
 
+    def smooth(self) -> FloatArray:
+        """What any machine asks for along the motion, up to its size, float64[5, n]."""
+        motion = self.motion
+        return np.stack(
+            [motion.acceleration, motion.velocity, self.sign, self.one, motion.position]
+        )
+
     def keys_effort(self) -> FloatArray:
         """The effort that the keys of the file ask for, by its own gain."""
         keys, motion = self.model.keys, self.motion

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from ..drive.parameters import DriveParameters
+from ..drive.rigid.model import Model
 from .along import Along
 from .effect import Effect, Quantity
 from .rigid_form import HUGE, RigidForm, Stem
@@ -47,7 +48,7 @@ EFFECT = Effect(
 def term(along: Along) -> Term:
     """The inertia of a rigid drive, which is that of its rotor where it turns."""
     model = along.model
-    nominal = (model.inertia or 0.0) / (model.ratio or 1.0) * (model.counted or 1.0)
+    nominal = _nominal(model)
     name, unit = along.units.inertia
     bare = not (any(model.viscous) or any(model.coulomb) or model.constant)
     scaled = along.machine.gain not in (None, 1.0) and bare and along.known_inertia
@@ -67,8 +68,12 @@ def _void(fitted: Fitted) -> str:
     span = fitted.spans[0]
     if span.low <= 0.0:
         return f"its interval, {span.low:.3g} to {span.high:.3g}, holds 0"
-    model = fitted.along.model
-    return holds_nominal(span, (model.inertia or 0.0) / (model.ratio or 1.0) * model.counted)
+    return holds_nominal(span, _nominal(fitted.along.model))
+
+
+def _nominal(model: Model) -> float:
+    """The file's, in the unit that effort is told in."""
+    return (model.inertia or 0.0) / (model.ratio or 1.0) * (model.counted or 1.0)
 
 
 RIGID = RigidForm(

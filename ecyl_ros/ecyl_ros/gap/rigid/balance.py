@@ -9,7 +9,6 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import nnls
 from scipy.stats import t as student
 
 from ...drive.rigid.model import Model
@@ -19,6 +18,7 @@ from ..diagnosis import BoolArray, FloatArray
 from ..sheet import EVIDENCE_PER_S
 from ..split import STRETCH_S
 from .motion import Motion
+from .normal import MOST_BLUR, freed, solve
 from .rest import at_rest
 
 HELD_OUT_EVERY = 3  # one stretch in so many is never fitted
@@ -26,7 +26,6 @@ MOST_STRETCHES = 48  # what is left is correlated over time: more of them say no
 _LOSS = 5.0  # residuals beyond so many robust standard deviations lose their weight (Cauchy)
 ROUNDS = 6
 _LEAST_MOVING = 0.2  # share of the samples in motion with which rest is left out
-_MOST_BLUR = 0.5  # of what is known of the acceleration that noise may have brought
 _FORM = 1e-3  # half width, as a share of the value, that no interval falls below
 
 
@@ -71,6 +70,12 @@ class Solution:
                 return bool(self.prior[at] > 0.0)
             at += one.columns.shape[0]
         raise KeyError(term.key)
+
+    def inertia(self, model: Model) -> float:
+        """By which the effort follows the acceleration, in the unit of the effort: the file's and
+        what the terms add."""
+        added = sum(one.inertia * float(self.of(one)[0]) for one in self.terms if one.inertia)
+        return (model.inertia or 0.0) + added
 
     def rms(self, rows: BoolArray) -> float:
         """Of what it leaves on `rows`, bool[m]."""
@@ -212,7 +217,7 @@ class Balance:
             share = scale**2 * max(rate / EVIDENCE_PER_S, 1.0)
             ridge = prior**2 * share
             blurred = self._blurred(terms)
-            coefficients = _solve(
+            coefficients = solve(
                 columns[rows], self.target[rows], weights[rows], low, ridge, blurred, self._noise
             )
             residual = self.target - columns @ coefficients
@@ -290,7 +295,7 @@ class Balance:
         ridge = np.diag(solution.prior**2 * solution.share)
         gram = (columns * weights[:, None]).T @ columns + ridge
         blurred = self._blurred(solution.terms)
-        noise = _freed(gram, blurred, float(weights.sum()) * self.blur.noise**2)
+        noise = freed(gram, blurred, float(weights.sum()) * self.blur.noise**2)
         return np.asarray(np.linalg.pinv(gram - noise, hermitian=True), dtype=np.float64)
 
     def unsure(self, solution: Solution, rows: BoolArray) -> FloatArray:
@@ -304,9 +309,8 @@ class Balance:
         inverse = self._inverse(solution, columns, weights)
         more = max(self.blur.counted**2 - self.blur.noise**2, 0.0) * float(weights.sum())
         told = float(blurred @ inverse @ blurred)
-        more = min(more, _MOST_BLUR / told if told > 0.0 else 0.0)
-        inertia = self._noise[1] + float(blurred @ solution.coefficients)
-        made: FloatArray = more * inertia * (inverse @ blurred)
+        more = min(more, MOST_BLUR / told if told > 0.0 else 0.0)
+        made: FloatArray = more * solution.inertia(self.model) * (inverse @ blurred)
         return made
 
     def intervals(self, solution: Solution, rows: BoolArray) -> dict[str, list[Interval]]:
@@ -321,18 +325,19 @@ class Balance:
         for term in solution.terms:
             size = term.columns.shape[0]
             rows_of = [*range(at, at + size)]
-            if own and term.of_effort and gain is not None:
+            scaled = own and term.of_effort
+            if scaled and gain is not None:
                 rows_of.append(gain)
             values = solution.coefficients[rows_of]
             part = covariance[np.ix_(rows_of, rows_of)]
-            base = self._told(term, values)
+            base = self._told(term, values, scaled)
             made: list[Interval] = []
             slopes = np.zeros((len(base), len(rows_of)))
             for index in range(len(rows_of)):
                 step = 1e-3 * math.sqrt(max(part[index, index], 1e-300))
                 moved = values.copy()
                 moved[index] += step
-                for number, (_, _, value) in enumerate(self._told(term, moved)):
+                for number, (_, _, value) in enumerate(self._told(term, moved, scaled)):
                     slopes[number, index] = (value - base[number][2]) / step
             for number, (name, unit, value) in enumerate(base):
                 off = float(slopes[number] @ unsure[rows_of])
@@ -346,13 +351,14 @@ class Balance:
             at += size
         return found
 
-    def _told(self, term: Term, values: FloatArray) -> Parameters:
-        """Parameters of coefficients, float64[k]; one more is that of the gain beside them."""
+    def _told(self, term: Term, values: FloatArray, scaled: bool) -> Parameters:
+        """Parameters of coefficients, float64[k]; one more is that of the gain beside them.
+
+        scaled: counted by the true gain, not as the effort was recorded.
+        """
         size = term.columns.shape[0]
-        factor = 1.0
-        if values.size > size:
-            factor = 1.0 / max(self.model.ratio + float(values[size]), 1e-12)
-        return term.parameters(values[:size] * factor)
+        gain = self.model.ratio + float(values[size:].sum()) if scaled else 1.0
+        return term.parameters(values[:size] / max(gain, 1e-12))
 
 
 def _keys(terms: Sequence[Term]) -> list[str]:
@@ -397,56 +403,3 @@ def _scale(residual: FloatArray) -> float:
         return 1e-300
     middle = 1.4826 * float(np.median(np.abs(residual)))
     return max(middle, 1e-3 * float(np.sqrt(np.mean(residual**2))), 1e-300)
-
-
-def _freed(gram: FloatArray, blurred: FloatArray, noise: float) -> FloatArray:
-    """What noise of the acceleration adds to normal equations, float64[k, k].
-
-    No more of it than half of what they say of the acceleration. noise: its square, summed.
-    """
-    if not (noise > 0.0 and np.any(blurred)):
-        return np.zeros_like(gram)
-    told = noise * float(blurred @ np.linalg.pinv(gram, hermitian=True) @ blurred)
-    made: FloatArray = noise * min(1.0, _MOST_BLUR / max(told, 1e-300)) * np.outer(blurred, blurred)
-    return made
-
-
-def _solve(
-    columns: FloatArray,
-    target: FloatArray,
-    weights: FloatArray,
-    low: FloatArray,
-    ridge: FloatArray,
-    blurred: FloatArray,
-    noise: tuple[float, float],
-) -> FloatArray:
-    """Weighted least squares with lower bounds, by normal equations of scaled columns.
-
-    ridge: float64[k], what the square of a coefficient costs beside the squared residuals. blurred:
-    float64[k], share of the acceleration in each column, whose noise is taken out of both sides;
-    noise: its size, and the inertia by which the target holds it.
-    """
-    size = np.sqrt(np.mean(columns**2, axis=0))
-    size[size == 0.0] = 1.0
-    scaled = columns / size
-    weighted = scaled * weights[:, None]
-    gram, aim = weighted.T @ scaled + np.diag(ridge / size**2), weighted.T @ target
-    if np.any(blurred):
-        freed = _freed(gram, blurred / size, float(weights.sum()) * noise[0] ** 2)
-        gram -= freed
-        aim += noise[1] * freed @ (blurred / size) / float(np.sum((blurred / size) ** 2))
-    found: FloatArray = np.linalg.lstsq(gram, aim, rcond=1e-12)[0] / size
-    if np.all(found >= low):
-        return found
-    # The same minimum as of the tall problem: gram = L L', aim = L y.
-    values, vectors = np.linalg.eigh(gram)
-    root = np.sqrt(np.maximum(values, 1e-12 * values[-1]))
-    system, aim = root[:, None] * vectors.T, (vectors.T @ aim) / root
-    # What is bounded is counted from its bound; what is free is the difference of two parts.
-    floor = np.where(np.isfinite(low), low * size, 0.0)
-    free = np.flatnonzero(~np.isfinite(low))
-    parts, _ = nnls(np.concatenate([system, -system[:, free]], axis=1), aim - system @ floor)
-    scaled_found = floor + parts[: low.size]
-    scaled_found[free] -= parts[low.size :]
-    result: FloatArray = scaled_found / size
-    return result

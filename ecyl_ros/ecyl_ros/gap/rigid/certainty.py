@@ -17,6 +17,7 @@ _CERTAIN = 0.97  # the most that a cause found by effort is believed
 _ALIKE = 0.2  # of what is left: sets that differ by less (2 % of its RMS) cannot be told apart
 _SAME = 0.01  # of the power of columns: they span the same but next to a reversal
 _OWN = 0.5  # share of an effect's power that another has to take over to be its like
+_ERRS = 0.03  # of what is left: by so much models differ that are equally true
 _UNLIKELY = 1.0 / 3.0  # weight of an alternative for each step that it is rarer
 
 
@@ -30,11 +31,11 @@ class Certainty:
     def __init__(self, balance: Balance, contest: Contest, judged: BoolArray, floor: float) -> None:
         self.balance, self.contest, self.judged, self.floor = balance, contest, judged, floor
 
-    def of(self, term: Term, lost: float) -> tuple[float, float, tuple[str, ...]]:
+    def of(self, term: Term) -> tuple[float, float, tuple[str, ...]]:
         """That it, or what looks the same here, acts; that it does itself; what looks the same.
 
-        The first grows with how much it is missed and how far behind the best set without it
-        comes; the second is its share of the first among what this recording cannot tell from it.
+        The first grows with how far behind the best set without it comes; the second is its share
+        of the first among what this recording cannot tell from it.
         """
         winner = self.contest.winner
         best = max(winner.priced(self.judged), 1e-300)
@@ -46,12 +47,11 @@ class Certainty:
             name: _UNLIKELY ** max(parts, EFFECTS[name].rarity - rarity)
             for name in term.alternatives
         } | dict.fromkeys(term.bent_by, 0.0)
-        behind = best + max(lost, 0.0)
+        behind = self._behind(self.contest.without[term.effect])
         # What is left beyond the floor is unknown: a second unknown of that size would turn one
         # candidate into another, however many samples there are.
-        unknown = math.hypot(
-            math.sqrt(max(best**2 - self.floor**2, 0.0)), _ALIKE * min(best, self.floor)
-        )
+        structure = math.sqrt(max(best**2 - self.floor**2, 0.0))
+        unknown = math.hypot(structure, _ALIKE * min(best, self.floor))
         own = self._apart(winner, self.contest.without[term.effect])
         worse = math.hypot(1.0, _ALIKE)
         for other, rival in self.contest.swaps[term.effect]:
@@ -59,7 +59,7 @@ class Certainty:
             if term.effect in other.contained or (self._finer(rival, winner, term) and not better):
                 continue  # a finer form of the same
             if other.effect == term.effect:  # another order or line, as good as the one found
-                behind = min(behind, max(rival.priced(self.judged), best))
+                behind = min(behind, self._behind(rival))
                 continue
             if other.effect in held:
                 continue
@@ -71,14 +71,31 @@ class Certainty:
                 weight = _UNLIKELY ** max(EFFECTS[other.effect].rarity - rarity, 0)
                 weights.setdefault(other.effect, weight)
             else:
-                behind = min(behind, max(rival.priced(self.judged), best))
-        sure = 1.0 - math.exp(-max(behind / best - 1.0, 0.0) / 0.03)
+                behind = min(behind, self._behind(rival))
+        sure = 1.0 - math.exp(-max(behind, 0.0))
         # Where the effort stood still while the output moved, something else drives it, too.
         acts = min(0.5 + 0.5 * sure, _CERTAIN) * (1.0 - self.balance.motion.standing)
-        # What is rare has to stand above what is unknown anyway.
-        if rarity > 1:
-            acts = min(acts, 1.0 / (1.0 + 2.0 * (unknown / max(own, 1e-9 * best)) ** 2))
+        # It has to stand above the structure that is left; what is rare, above all that is unknown.
+        size = own if rarity > 1 else math.hypot(own, self._worth(term))
+        above = (unknown if rarity > 1 else structure) / max(size, 1e-9 * best)
+        acts = min(acts, 1.0 / (1.0 + 2.0 * above**2))
         return acts, acts / (1.0 + sum(weights.values())), tuple(weights)
+
+    def _behind(self, other: Solution) -> float:
+        """How far another set comes behind the closest one, as a logarithm of their odds.
+
+        What it leaves more counts as far as models err anyway; the price of its pulls on the sheet
+        is twice a logarithm as it stands.
+        """
+        winner = self.contest.winner
+        more = other.rms(self.judged) / max(winner.rms(self.judged), 1e-300) - 1.0
+        return more / _ERRS + 0.5 * (other.price - winner.price)
+
+    def _worth(self, term: Term) -> float:
+        """RMS that the price of the sheet counts as which a term saves."""
+        winner, other = self.contest.winner, self.contest.without[term.effect]
+        saved = max(other.price - winner.price, 0.0) / winner.evidence
+        return winner.rms(self.judged) * math.sqrt(math.expm1(min(saved, 100.0)))
 
     def _apart(self, one: Solution, other: Solution) -> float:
         """RMS of the difference between what two fits explain."""

@@ -171,7 +171,9 @@ def _look_back(sets: Sets, chosen: Sequence[Term]) -> list[Term]:
 
 
 def _simpler(sets: Sets, chosen: Sequence[Term]) -> list[Term]:
-    """An effect gives way to a set of simpler ones where these do as well.
+    """An effect gives way to a set of simpler ones where these do as well: by no more than what
+    a gain may differ by chance, one standard error (Breiman et al., "Classification and Regression
+    Trees", 1984).
 
     Friction by direction does to friction and a constant load; alone, neither would have been
     enough.
@@ -184,6 +186,6 @@ def _simpler(sets: Sets, chosen: Sequence[Term]) -> list[Term]:
         standing = sets.standing(sets.fit(chosen), chosen)
         for parts in gives_way(sets.catalogue.along, free_means(rest)):
             barred = any(one.effect in sets.barred for one in parts)
-            if not barred and not sets.lost(standing, [*rest, *parts], split).earned:
+            if not barred and not sets.missed(standing, chosen, [*rest, *parts], split).likely:
                 return [*rest, *parts]
     return list(chosen)

@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-
-import numpy as np
 
 from ...effects.catalogue import RIGID
 from ...effects.term import Term
@@ -93,7 +90,7 @@ def _swaps(sets: Sets, chosen: Sequence[Term]) -> dict[str, tuple[tuple[Term, So
         pool = [
             one
             for one in sets.candidates(current, rest)
-            if one.effect != out or _elsewhere(sets, one, gone)
+            if one.effect != out or (RIGID[out].several and sets.elsewhere(one, gone))
         ]
         left = sets.left(current, rest)
         # Nor does a motion that tells an effect from no simpler one say that it does not act.
@@ -107,12 +104,3 @@ def _swaps(sets: Sets, chosen: Sequence[Term]) -> dict[str, tuple[tuple[Term, So
         ]
         found[out] = tuple(sorted(fits, key=lambda pair: pair[1].priced(sets.balance.judged)))
     return found
-
-
-def _elsewhere(sets: Sets, one: Term, found: Sequence[Term]) -> bool:
-    """Whether a line is another one than those found: more than one of its widths away."""
-    if not RIGID[one.effect].several:
-        return False
-    along = np.ptp(sets.balance.time_s) if one.over_time else 0.0
-    along = along or float(np.ptp(sets.catalogue.along.turn.angle)) / math.tau
-    return all(abs(one.rate - other.rate) * along > 2.0 for other in found)

@@ -26,6 +26,7 @@ from .motion import Motion, motion_of
 from .noise import acceleration_noise, measurement_noise, weighed
 from .null import Null
 from .offsets import without_offsets
+from .rest import moving
 from .terms import Catalogue
 
 _FINER = 0.8  # a floor below this share of the last one has the effects compete anew
@@ -106,10 +107,11 @@ def _finer_floor(balance: Balance, catalogue: Catalogue, winner: Solution) -> tu
     """
     finer, finer_is = _floor(balance, catalogue, winner)
     # A fit that leaves far less than the floor on rows it never saw refutes the floor.
-    left = winner.rms(balance.judged)
+    judged = balance.judged if balance.judged.any() else balance.usable
+    left = winner.rms(moving(judged, balance.motion, catalogue.along))
     if left < _REFUTED * finer:
         finer, finer_is = left, "what the closest model leaves"
-    white = white_part(balance, winner)
+    white = min(white_part(balance, winner), left)
     if white > finer:
         finer, finer_is = white, "white noise"
     return finer, finer_is
@@ -120,10 +122,7 @@ def _inertia(catalogue: Catalogue) -> float:
     if catalogue.model.inertia is not None:
         return catalogue.model.inertia
     plain = Balance(catalogue.motion, catalogue.nominal(), catalogue.model)
-    fit = _broad(plain, catalogue)
-    keys = catalogue.model.keys
-    scale = {"inertia": 1.0, "gain": keys.inertia}
-    return sum(float(fit.of(one)[0]) * scale.get(one.key, 0.0) for one in fit.terms)
+    return _broad(plain, catalogue).inertia(catalogue.model)
 
 
 def _check(motion: Motion, machine: Machine, source: str) -> None:

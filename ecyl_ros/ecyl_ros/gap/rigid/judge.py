@@ -8,12 +8,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.ndimage import maximum_filter1d
 
 from ...effects import load_coulomb_friction, load_viscous_friction
 from ...effects.catalogue import EFFECTS
 from ...effects.term import Term
-from ..diagnosis import BoolArray, Cause, FittedParameter
+from ..diagnosis import Cause, FittedParameter
 from ..verdict import (
     HELPS,
     NAMED,
@@ -23,12 +22,12 @@ from ..verdict import (
     shrink_of,
     verdict_of,
 )
-from .balance import Balance, Solution
+from .balance import Solution
 from .certainty import Certainty
 from .contest import Contest
 from .noise import UNMODELLED, measurement_noise
 from .null import Null
-from .terms import Catalogue
+from .rest import moving
 from .void import SHEET, SILENT, why_not
 
 _CLOSE, _HELPS_CLOSE = 5.0, 0.25  # where no more than so many floors are left, less has to be gone
@@ -36,9 +35,6 @@ _WANDERS = 0.05  # share of the effort that may not repeat where there is to be 
 _SMALL = 0.03  # share of the gap that an effect has to take off to be named
 _MOST = 0.5  # share of what is explained that has to be named to count for the whole
 _FLAT = 0.7  # share of the signal that its floor may have: half of the power is unknown beyond
-_SLOW = 3.0  # times the speed over which the sign of the speed is softened
-_SMEARED = 0.75  # periods of the bandwidth over which the filter spreads what happens at rest
-_ENOUGH = 0.5  # share of the judged samples that has to be in motion
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,7 +89,7 @@ class Judgement:
         self.machine, self.motion = catalogue.machine, balance.motion
         self.units = catalogue.units
         judged = balance.judged if balance.judged.any() else balance.usable
-        self.judged = _moving(judged, balance, catalogue)
+        self.judged = moving(judged, self.motion, catalogue.along)
         self.spread = float(np.std(balance.effort[self.judged])) or 1.0
         # Gap figures are those of fits that saw a part; values are fitted anew to all of it.
         self.whole = null.fit(contest.order, balance.usable)
@@ -132,9 +128,10 @@ class Judgement:
                 f"{100.0 * self.floor / self.spread:.0f} % of the {self.motion.effort_name} does "
                 "not repeat with the motion: it depends on something that was not recorded"
             )
-        helps = self._helps(before, best, surplus)
-        # Where constants within their tolerances do, there is nothing left to explain.
         strained = bool(self.null.strained(contest.base))
+        relieves = strained and not self.null.strained(contest.winner)
+        helps = relieves or self._helps(before, best, surplus)
+        # Where constants within their tolerances do, there is nothing left to explain.
         held = contest.base.rms(self.judged)
         settled = no_gap or (held <= NO_GAP_RATIO * floor and not (strained or wanders))
         named = bool(causes) and helps and not settled
@@ -234,7 +231,7 @@ class Judgement:
             now = fit.priced(self.judged)
             lost = self._lost(term)
             if term.key not in self._sure:  # judged once, beside its rivals and with all others
-                acts, sure, alternatives = self.certainty.of(term, lost)
+                acts, sure, alternatives = self.certainty.of(term)
                 self._sure[term.key] = (acts, sure)
                 self._alike[term.key] = alternatives
                 more = shares.get(term.effect, 0.0)
@@ -273,7 +270,7 @@ class Judgement:
             rest = [*order[:at], *order[at + 1 :]]
             viscous = load_viscous_friction.term(along)
             simple = [*rest, plain, *([viscous] if viscous.effect in term.refines else [])]
-            acts, sure, names = self.certainty.of(term, self._lost(term))
+            acts, sure, names = self.certainty.of(term)
             like = acts >= NAMED and bool(names)
             near = self.null.fit(simple).priced(self.judged) <= STRUCTURELESS * self.floor
             if self._void[term.key] or (sure < NAMED and (like or near)):
@@ -333,20 +330,3 @@ class Judgement:
             contest, winner=path[-1] if path else contest.base, order=tuple(kept), path=tuple(path)
         )
         return self._causes(before, surplus)
-
-
-def _moving(judged: BoolArray, balance: Balance, catalogue: Catalogue) -> BoolArray:
-    """`judged` less rests and reversals, where the file holds friction.
-
-    At rest friction holds whatever it must, up to its level: a balance cannot say whether it is as
-    modelled.
-    """
-    motion = balance.motion
-    if not catalogue.along.rubs and not catalogue.model.shapes:
-        return judged
-    resting = np.abs(motion.velocity) < _SLOW * catalogue.along.soft
-    resting[1:] |= np.signbit(motion.velocity[1:]) != np.signbit(motion.velocity[:-1])
-    width = 2 * max(1, round(_SMEARED * motion.rate_hz / motion.bandwidth_hz)) + 1
-    near = maximum_filter1d(resting, width)[motion.rows]
-    kept: BoolArray = judged & ~near
-    return kept if kept.sum() > _ENOUGH * judged.sum() else judged

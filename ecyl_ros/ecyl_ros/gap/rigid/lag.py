@@ -30,10 +30,7 @@ def sampling_lag(motion: Motion, along: Along, rows: BoolArray) -> float:
 
     rows: bool[m], compared samples to judge by.
     """
-    smooth = np.stack(
-        [motion.acceleration, motion.velocity, along.sign, along.one, motion.position]
-    )
-    columns = motion.filtered(smooth).T[rows]
+    columns = motion.filtered(along.smooth()).T[rows]
     period = 1.0 / motion.rate_hz
     tried = along.model.delay_s + _steps(-_BEYOND, _BEYOND) * period
     shifted = motion.shifted(motion.effort, tried)[:, rows]

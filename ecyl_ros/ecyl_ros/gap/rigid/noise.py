@@ -102,9 +102,7 @@ def measurement_noise(catalogue: Catalogue, fit: Solution) -> float:
     stated = machine.effort_noise
     if stated is not None and machine.gain is not None and catalogue.units.own:
         stated *= machine.gain
-    inertia = (catalogue.model.inertia or 0.0) + sum(
-        float(fit.of(one)[0]) for one in fit.terms if one.key == "inertia"
-    )
+    inertia = fit.inertia(catalogue.model)
     if machine.actuation == "loop":
         return _through_the_loop(motion, machine, inertia)
     return math.hypot(effort_noise(motion, stated), inertia * acceleration_noise(motion))

@@ -60,13 +60,13 @@ class Null:
         every, prior = self._beside(terms)
         return self.balance.fit(every, rows, rounds, prior)
 
-    def cross_validated(self, terms: Sequence[Term], scale: float) -> tuple[FloatArray, float]:
-        """See `Balance.cross_validated`; raised by the price of its pulls, and that price."""
+    def cross_validated(self, terms: Sequence[Term], scale: float) -> tuple[FloatArray, Solution]:
+        """See `Balance.cross_validated`; raised by the price of the fit to all folds, and that."""
         self.fits += self.balance.FOLDS
         every, prior = self._beside(terms)
         costs = self.balance.cross_validated(every, scale, prior)
         fit = self.fit(terms, rounds=3)
-        return costs * fit.dearer, fit.price
+        return costs * fit.dearer, fit
 
     def strained(self, solution: Solution) -> tuple[str, ...]:
         """Effects that stand for the constants that lie furthest beyond their sheet.

@@ -30,8 +30,8 @@ def without_offsets(motion: Motion, along: Along) -> Motion:
     steps = np.zeros((runs.shape[0] - 1, motion.time_s.size))
     for row, begin, end in zip(steps, begins[1:], ends[1:], strict=True):
         row[begin:end] = 1.0
-    smooth = [motion.acceleration, motion.velocity, along.sign, along.one, motion.position]
-    columns = motion.filtered(np.concatenate([np.stack(smooth), steps]))
+    smooth = along.smooth()
+    columns = motion.filtered(np.concatenate([smooth, steps]))
     rows = motion.usable[motion.rows]
     scale = np.sqrt(np.mean(columns[:, rows] ** 2, axis=1)) + 1e-300
     target = motion.filtered(motion.effort)[rows]

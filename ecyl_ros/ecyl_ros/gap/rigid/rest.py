@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.ndimage import binary_dilation, maximum_filter1d, minimum_filter1d
 
+from ...effects.along import Along
 from ..diagnosis import BoolArray
 from .motion import Motion
 from .runs import runs_of
@@ -12,6 +13,8 @@ from .runs import runs_of
 _SLOW = 0.02  # of the top speed: slower than that, for long and without getting anywhere, is rest
 _PLACE = 2e-3  # of the travel: so far may it creep meanwhile (bristles give way)
 _LEAST = 2.0  # periods of the bandwidth that it lasts, so that a mere reversal is none
+_REVERSING = 3.0  # times the speed over which the sign of the speed is softened
+_ENOUGH = 0.5  # share of the samples that has to be in motion
 _SMEARED = 0.75  # periods of the bandwidth over which the filter spreads what happens at rest
 
 
@@ -32,6 +35,27 @@ def at_rest(motion: Motion) -> BoolArray:
     found = np.zeros_like(slow)
     for begin, end in runs_of(slow):
         found[begin:end] = end - begin >= shortest
-    width = 2 * max(1, round(_SMEARED * motion.rate_hz / motion.bandwidth_hz)) + 1
-    made: BoolArray = binary_dilation(found, np.ones(width, dtype=bool)) if found.any() else found
+    if not found.any():
+        return found
+    made: BoolArray = binary_dilation(found, np.ones(_smeared(motion), dtype=bool))
     return made
+
+
+def moving(rows: BoolArray, motion: Motion, along: Along) -> BoolArray:
+    """`rows`, bool[m], less rests and reversals where the file holds friction.
+
+    At rest friction holds whatever it must, up to its level: a balance cannot say whether it is as
+    modelled.
+    """
+    if not along.rubs and not along.model.shapes:
+        return rows
+    resting = np.abs(motion.velocity) < _REVERSING * along.soft
+    resting[1:] |= np.signbit(motion.velocity[1:]) != np.signbit(motion.velocity[:-1])
+    near = maximum_filter1d(resting, _smeared(motion))[motion.rows]
+    kept: BoolArray = rows & ~near
+    return kept if kept.sum() > _ENOUGH * rows.sum() else rows
+
+
+def _smeared(motion: Motion) -> int:
+    """Samples over which the filter spreads what happens at one."""
+    return 2 * max(1, round(_SMEARED * motion.rate_hz / motion.bandwidth_hz)) + 1

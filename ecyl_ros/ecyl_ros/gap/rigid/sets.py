@@ -25,6 +25,7 @@ _HELD_SURE = 1.3  # the same on the held-out ones, which are fewer: two clear pa
 _AT_FLOOR = 0.5  # share of the squared residual that may be explained even at the floor
 _WORST = 6.0  # times the median stretch: what one stretch counts at the most
 _HURT = 4.0  # times that, where an effect is left out: it may hurt in few places
+_WIDTHS = 2.0  # of a line, that another one is away
 _SAME = 5  # terms of one effect of several orders or frequencies
 
 
@@ -65,6 +66,11 @@ class Gain(NamedTuple):
         """The same on fewer stretches, which have to say so a second time."""
         share = self.share >= 0.5 * LEAST_GAIN
         return self._relieved or (share and self.sureness >= _HELD_SURE)
+
+    @property
+    def likely(self) -> bool:
+        """Whether it is a good part, and more than its standard error."""
+        return self._relieved or (self.share >= LEAST_GAIN and self.sureness >= 1.0)
 
     @property
     def _relieved(self) -> bool:
@@ -109,7 +115,17 @@ class Sets:
             and kinds.count(one.effect) < (_SAME if RIGID[one.effect].several else 1)
             and one.key not in taken
             and one.effect not in finer
+            and self.elsewhere(one, [other for other in chosen if other.effect == one.effect])
         ]
+
+    def elsewhere(self, one: Term, found: Sequence[Term]) -> bool:
+        """Whether a line is another one than those found: more than its width away from each.
+
+        Two within one width are one line that changes.
+        """
+        along = np.ptp(self.balance.time_s) if one.over_time else 0.0
+        along = along or float(np.ptp(self.catalogue.along.turn.angle)) / math.tau
+        return all(abs(one.rate - other.rate) * along > _WIDTHS for other in found)
 
     def extended(self, chosen: Sequence[Term], added: Term) -> list[Term]:
         """A set with one more term, which may take the place of others."""
@@ -124,31 +140,44 @@ class Sets:
 
     def standing(self, current: Solution, chosen: Sequence[Term]) -> Standing:
         """Of a set whose fit is `current`."""
-        now, price = self.null.cross_validated(chosen, current.scale)
+        now, fit = self.null.cross_validated(chosen, current.scale)
         cap = _cap(now)
         now = np.minimum(now, cap)
         strained = self.null.strained(current)
-        return Standing(now, cap, self._surplus(now), current.scale, price, strained)
+        return Standing(now, cap, self._surplus(now), current.scale, fit.price, strained)
 
     def gained(self, before: Standing, then: Sequence[Term], by: Term) -> Gain | None:
         """What another set takes off, cross-validated, by one term; None where it cannot be."""
-        costs, price = self.null.cross_validated(then, before.scale)
+        costs, fit = self.null.cross_validated(then, before.scale)
         if costs.size != before.costs.size or not np.all(np.isfinite(costs)):
             return None
         off = before.costs - np.minimum(costs, before.cap)
-        return _gain(off, before.surplus, (by.effect in before.strained) * (before.price - price))
+        saved = (by.effect in before.strained) * (before.price - fit.price)
+        return _gain(off, before.surplus, saved)
 
     def lost(self, full: Standing, rest: Sequence[Term], by: Term) -> Gain:
         """What comes back with a set that one term has left."""
-        costs, price = self.null.cross_validated(rest, full.scale)
-        strained = self.null.strained(self.null.fit(rest))
-        saved = (by.effect in strained) * (price - full.price)
+        costs, fit = self.null.cross_validated(rest, full.scale)
+        saved = (by.effect in self.null.strained(fit)) * (fit.price - full.price)
         # It may hurt much in few places, or a little everywhere beside a mishap.
         both = [
             _gain(np.minimum(costs, most) - full.costs, full.surplus, saved)
             for most in (_HURT * full.cap, full.cap)
         ]
         return max(both, key=lambda one: (one.earned, one.share))
+
+    def missed(
+        self, full: Standing, chosen: Sequence[Term], rest: Sequence[Term], by: Term
+    ) -> Gain:
+        """What comes back with simpler terms in one's place, on every stretch: those that are
+        fitted cross-validated, and the held-out ones."""
+        costs, fit = self.null.cross_validated(rest, full.scale)
+        saved = (by.effect in self.null.strained(fit)) * (fit.price - full.price)
+        off = np.minimum(costs, full.cap) - full.costs
+        held, then = (self._held(self.fit(one), full.scale) for one in (chosen, rest))
+        cap = _cap(held)
+        unseen = np.minimum(then, cap) - np.minimum(held, cap)
+        return _gain(np.concatenate([off, unseen]), full.surplus, saved)
 
     def glimpsed(self, before: Standing, then: Solution) -> float:
         """Mean cost of a plain fit on the stretches that it was fitted to."""
@@ -157,14 +186,16 @@ class Sets:
 
     def holds(self, current: Solution, then: Solution, by: Term) -> bool:
         """Whether a term's gain is there on the stretches that nothing was fitted to."""
-        balance = self.balance
-        before = balance.costs(current, current.scale, balance.judged) * current.dearer
-        after = balance.costs(then, current.scale, balance.judged) * then.dearer
+        before = self._held(current, current.scale)
         cap = _cap(before)
         before = np.minimum(before, cap)
-        off = before - np.minimum(after, cap)
+        off = before - np.minimum(self._held(then, current.scale), cap)
         saved = (by.effect in self.null.strained(current)) * (current.price - then.price)
         return _gain(off, self._surplus(before), saved).kept
+
+    def _held(self, fit: Solution, scale: float) -> FloatArray:
+        """Costs of the held-out stretches."""
+        return self.balance.costs(fit, scale, self.balance.judged) * fit.dearer
 
     def _surplus(self, costs: FloatArray) -> float:
         """Squared residual above the floor.

@@ -1,0 +1,67 @@
+"""Weighted least squares by normal equations that are freed of noise in their columns.
+
+Noise of the acceleration makes an inertia too small; how much of it there is is known, and is taken
+out of both sides.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.optimize import nnls
+
+from ..diagnosis import FloatArray
+
+MOST_BLUR = 0.5  # of what is known of the acceleration that noise may have brought
+
+
+def freed(gram: FloatArray, blurred: FloatArray, noise: float) -> FloatArray:
+    """What noise of the acceleration adds to normal equations, float64[k, k].
+
+    No more of it than half of what they say of the acceleration. noise: its square, summed.
+    """
+    if not (noise > 0.0 and np.any(blurred)):
+        return np.zeros_like(gram)
+    told = noise * float(blurred @ np.linalg.pinv(gram, hermitian=True) @ blurred)
+    made: FloatArray = noise * min(1.0, MOST_BLUR / max(told, 1e-300)) * np.outer(blurred, blurred)
+    return made
+
+
+def solve(
+    columns: FloatArray,
+    target: FloatArray,
+    weights: FloatArray,
+    low: FloatArray,
+    ridge: FloatArray,
+    blurred: FloatArray,
+    noise: tuple[float, float],
+) -> FloatArray:
+    """Weighted least squares with lower bounds, by normal equations of scaled columns.
+
+    ridge: float64[k], what the square of a coefficient costs beside the squared residuals. blurred:
+    float64[k], share of the acceleration in each column, whose noise is taken out of both sides;
+    noise: its size, and the inertia by which the target holds it.
+    """
+    size = np.sqrt(np.mean(columns**2, axis=0))
+    size[size == 0.0] = 1.0
+    scaled = columns / size
+    weighted = scaled * weights[:, None]
+    gram, aim = weighted.T @ scaled + np.diag(ridge / size**2), weighted.T @ target
+    if np.any(blurred):
+        brought = freed(gram, blurred / size, float(weights.sum()) * noise[0] ** 2)
+        gram -= brought
+        aim += noise[1] * brought @ (blurred / size) / float(np.sum((blurred / size) ** 2))
+    found: FloatArray = np.linalg.lstsq(gram, aim, rcond=1e-12)[0] / size
+    if np.all(found >= low):
+        return found
+    # The same minimum as of the tall problem: gram = L L', aim = L y.
+    values, vectors = np.linalg.eigh(gram)
+    root = np.sqrt(np.maximum(values, 1e-12 * values[-1]))
+    system, aim = root[:, None] * vectors.T, (vectors.T @ aim) / root
+    # What is bounded is counted from its bound; what is free is the difference of two parts.
+    floor = np.where(np.isfinite(low), low * size, 0.0)
+    free = np.flatnonzero(~np.isfinite(low))
+    parts, _ = nnls(np.concatenate([system, -system[:, free]], axis=1), aim - system @ floor)
+    scaled_found = floor + parts[: low.size]
+    scaled_found[free] -= parts[low.size :]
+    result: FloatArray = scaled_found / size
+    return result
