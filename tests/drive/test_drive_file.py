@@ -19,6 +19,7 @@ from ecyl_ros.drive.drive_file import (
     read_parameter_file,
 )
 from ecyl_ros.drive.packed import pack
+from ecyl_ros.drive.stability import check_stability
 from ecyl_ros.errors import InputError
 
 SHARED = Path(__file__).parents[3] / "shared"
@@ -52,6 +53,27 @@ def test_the_nominal_model_of_the_recordings_is_read_as_it_is() -> None:
     flat = drive_to_flat(drive)
     for key, value in read_parameter_file(path).items():
         assert flat[key] == value
+
+
+COUPLING = ("backlash", "stiffness", "contact_damping")
+
+
+def test_a_coupling_that_is_left_out_is_rigid_for_the_loop() -> None:
+    """Its resonance lies at the control rate in rad/s, half damped; the loop stays stable, and the
+    file is written out as it came."""
+    for name in ("bench", "servo_1khz"):
+        stated = drive_to_flat(load_drive(name))
+        flat = {key: v for key, v in stated.items() if key.split(".")[-1] not in COUPLING}
+        drive = drive_from_flat(flat, "f")
+        rotor, load = drive.motor.rotor_inertia, drive.load.inertia
+        reduced, coupling = rotor * load / (rotor + load), drive.transmission
+        assert math.sqrt(coupling.stiffness[0] / reduced) == pytest.approx(drive.controller.rate)
+        ratio = coupling.contact_damping / (2.0 * math.sqrt(coupling.stiffness[0] * reduced))
+        assert ratio == pytest.approx(0.5) and coupling.backlash == 0.0
+        check_stability(drive, "f")
+        assert drive_to_flat(drive) == flat
+    with pytest.raises(InputError, match=r"^f: load.inertia is missing"):
+        drive_from_flat({key: v for key, v in flat.items() if key != "load.inertia"}, "f")
 
 
 def test_flat_form_returns_the_same_drive() -> None:

@@ -74,6 +74,15 @@ def test_a_twin_of_a_linear_drive_leaves_no_gap(tmp_path, fault) -> None:
     assert as_before.startswith(HEAD % "linear" + body.rstrip("\n"))
 
 
+def test_a_twin_of_a_sound_machine_has_its_constants(tmp_path) -> None:
+    """Within the sheet: the mass that was found takes the nominal one's place; no gap is left."""
+    recording = recorded(M, 21.0 * M.a + 9.0 * S, LINEAR, 0.3, 1e-6)
+    body = "    actuation: {signal: force}\n    load: {mass: 20.0, coulomb_friction: 9.0}\n"
+    first, second = _twin(tmp_path, recording, body)
+    assert first.verdict == "within_sheet" and second.verdict == "no_gap"
+    assert load_machine(tmp_path / "twin.yaml").inertia == pytest.approx(21.0, rel=5e-3)
+
+
 @pytest.mark.parametrize(
     ("extra", "effect"),
     [

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 
+from .coupling import MAY_MISS
 from .parameters import leaf_fields
 from .tolerances import CONSTANTS
 
@@ -27,7 +28,7 @@ def key_table() -> str:
             possible = possible.replace(" to none", "") if high == "none" else possible
         default = item.default
         if default is dataclasses.MISSING:
-            shown = "required"
+            shown = "rigid" if key in MAY_MISS else "required"
         elif isinstance(default, tuple):
             shown = "[]"
         else:

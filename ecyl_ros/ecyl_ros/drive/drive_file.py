@@ -19,6 +19,7 @@ import yaml
 
 from ..effects.catalogue import CATALOGUE
 from ..errors import InputError
+from .coupling import MAY_MISS, rigid_coupling
 from .packed import MAX_SEGMENTS
 from .parameters import GROUPS, LOOPS, DriveParameters, check_relations, leaf_fields
 from .tolerances import CONSTANTS, stated_tolerances
@@ -173,8 +174,10 @@ def drive_from_flat(flat: Mapping[str, Any], source: str) -> DriveParameters:
             near = difflib.get_close_matches(key, leaves, n=1)
             hint = f"; did you mean {near[0]}?" if near else "; see the drive file reference"
             raise InputError(f"{source}: unknown key {key}{hint}")
+    left_out = _coupling_left_out(values)
+    values |= left_out
     for key, item in leaves.items():
-        missing = item.default is dataclasses.MISSING and key not in values
+        missing = item.default is dataclasses.MISSING and key not in (*values, *MAY_MISS)
         if missing:
             unit = item.metadata["unit"]
             raise InputError(
@@ -201,10 +204,23 @@ def drive_from_flat(flat: Mapping[str, Any], source: str) -> DriveParameters:
     units = {key: leaves[key].metadata["unit"] for key in CONSTANTS}
     tolerances = stated_tolerances(flat, units, source)
     drive = DriveParameters(
-        **groups, **top, effects=_complete(effects, source), tolerances=tolerances
+        **groups,
+        **top,
+        effects=_complete(effects, source),
+        tolerances=tolerances,
+        left_out=tuple(left_out),
     )
     check_relations(drive, source)
     return drive
+
+
+def _coupling_left_out(values: Mapping[str, Any]) -> dict[str, Any]:
+    """What takes the place of a coupling's values that are left out, where it can be told."""
+    needed = ("motor.rotor_inertia", "load.inertia", "controller.rate")
+    if any(key not in values for key in needed):
+        return {}
+    rotor, load, rate = (float(values[key]) for key in needed)
+    return dict(rigid_coupling(values, rotor, load, rate))
 
 
 def _put_effect(effects: dict[str, dict[str, float]], key: str, value: Any, source: str) -> None:
@@ -257,10 +273,13 @@ def load_drive(name: str | os.PathLike[str]) -> DriveParameters:
 def drive_to_flat(drive: DriveParameters) -> dict[str, Any]:
     """Flat dotted parameters of `drive`, every key, in file order; tuples become lists.
 
-    Effects that the drive has come after them, then tolerances that were stated.
+    Those of a coupling that its file leaves out are left out here, too. Effects that the drive has
+    come after them, then tolerances that were stated.
     """
     flat: dict[str, Any] = {}
     for key in leaf_fields():
+        if key in drive.left_out:
+            continue
         value: Any = drive
         for part in key.split("."):
             value = getattr(value, part)

@@ -48,6 +48,7 @@ class TransmissionParameters:
 
     lead: float = _quantity("m/rev", 1e-4, 0.5, "rod travel per screw revolution")
     gear_ratio: float = _quantity("1", 1e-2, 1e3, "rotor revolutions per screw revolution")
+    # A drive file may leave out these two: the coupling is then rigid, see `coupling`.
     backlash: float = _quantity("rad", 0.0, 1.0, "total clearance at the rotor, alpha")
     stiffness: tuple[float, ...] = _quantity("N m/rad", 1e-3, 1e8, "one value per torque segment")
     stiffness_breaks: tuple[float, ...] = _quantity(
@@ -185,6 +186,8 @@ class DriveParameters:
     effects: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     # How far its constants may lie from these, as the file states it; see `tolerances`.
     tolerances: Mapping[str, float | str] = field(default_factory=dict)
+    # Keys of the coupling that its file leaves out, filled in as `coupling` has them.
+    left_out: tuple[str, ...] = ()
 
     @property
     def telemetry_every(self) -> int:

@@ -169,7 +169,8 @@ def constants_of(drive: Any) -> dict[str, float]:
 def with_constants(drive: Any, values: Mapping[str, float]) -> Any:
     """The drive with other values of some constants, in their units.
 
-    Further segments of a piecewise stiffness keep their ratio to the first.
+    Further segments of a piecewise stiffness keep their ratio to the first. What its file left out
+    is no longer so once it has a value.
     """
     groups: dict[str, Any] = {}
     for key, value in values.items():
@@ -184,4 +185,5 @@ def with_constants(drive: Any, values: Mapping[str, float]) -> Any:
             groups[group] = dataclasses.replace(old, **{name: scaled})
         else:
             groups[group] = dataclasses.replace(old, **{name: value})
-    return dataclasses.replace(drive, **groups)
+    left_out = tuple(key for key in drive.left_out if key not in values)
+    return dataclasses.replace(drive, **groups, left_out=left_out)

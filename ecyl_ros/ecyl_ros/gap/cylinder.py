@@ -19,6 +19,7 @@ from .diagnosis import Candidate, Cause, Diagnosis, FittedParameter, Series, She
 from .earn import AT_FLOOR, EXCUSED, at_noise, gone
 from .fit import Fit, Fitter
 from .intervals import intervals
+from .left_out import costs, not_to_be_judged
 from .locate import by_condition, by_frequency, by_port, by_signal, pooled
 from .replay import BoolArray, Replay
 from .robust import misfit
@@ -65,7 +66,8 @@ def diagnose_cylinder(
     if no_gap:
         competition = Competition(nominal, nominal, (), nominal, (), {})
     else:
-        names = [name for name in CATALOGUE if name not in without]
+        barred = {*without, *not_to_be_judged(drive)}
+        names = [name for name in CATALOGUE if name not in barred]
         competition = compete(
             fitter, nominal, names, lambda stage, share: tell(0.02 + 0.93 * share)
         )
@@ -188,6 +190,8 @@ def _assemble(
         block = unnamed_block(competition, ports, found)
     elif named and not (no_gap or within_sheet):
         block = causes[0].block
+    sheet = _sheet(fitter, final)
+    notes += costs(replay.drive, sheet)
     pool = [competition.winner, *competition.rivals, *competition.singles, competition.sheet]
     return Diagnosis(
         source=source,
@@ -227,7 +231,7 @@ def _assemble(
         margin=place.margin,
         duration_s=float(replay.time_s[-1]),
         rate_hz=replay.recording.rate_hz,
-        sheet=_sheet(fitter, final),
+        sheet=sheet,
         within_sheet=in_all(alone),
     )
 
@@ -249,6 +253,7 @@ def _sheet(fitter: Fitter, final: Fit) -> tuple[SheetValue, ...]:
             float(low[row]),
             float(high[row]),
             seen=bool(halves[row] < SEEN),
+            stated=sheet.keys[row] not in fitter.replay.drive.left_out,
         )
         for row in np.flatnonzero(sheet.free(final.values)).tolist()
     )

@@ -111,7 +111,8 @@ class SheetValue:
     """A constant of the data sheet as the recording shows it, in its unit.
 
     tolerance: half width that holds 95 % of sound machines. value, low, high: found, with its 95 %
-    interval. seen: whether the recording says more of it than the sheet does.
+    interval. seen: whether the recording says more of it than the sheet does. stated: whether the
+    drive file states it; what it leaves out may have any value, and no pull.
     """
 
     parameter: str
@@ -122,6 +123,7 @@ class SheetValue:
     low: float
     high: float
     seen: bool
+    stated: bool = True
 
     @property
     def pull(self) -> float:

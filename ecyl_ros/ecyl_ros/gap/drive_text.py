@@ -210,22 +210,25 @@ def _merged(
     return edits
 
 
-def before_effects(text: str, entry: str) -> str:
-    """The text with `entry` put before the key `effects` wherever that is a section's."""
+def add_values(text: str, values: Mapping[str, float | list[float]]) -> str:
+    """The text of a drive file with numbers under dotted keys that it has not.
+
+    Among the others of their group where the file has one, else with their dotted name.
+    """
     newline = "\r\n" if "\r\n" in text else "\n"
-    root = yaml.compose(text, Loader=yaml.SafeLoader)
-    places: list[tuple[int, str]] = []
-
-    def visit(node: yaml.Node | None, depth: int) -> None:  # None: an empty file
-        if not isinstance(node, yaml.MappingNode) or depth > 2:
-            return
-        for key, value in node.value:
-            if key.value == "effects" and depth == 2:
-                between = ", " if node.flow_style else newline + " " * key.start_mark.column
-                places.append((key.start_mark.index, entry + between))
-            visit(value, depth + 1)
-
-    visit(root, 0)
-    for at, new in reversed(places):
+    edits: list[tuple[int, str]] = []
+    for _, section in _sections(text):
+        for key, value in values.items():
+            name, of = key, section
+            group = _value(section, key.partition(".")[0])
+            if isinstance(group, yaml.MappingNode) and group.value:
+                name, of = key.partition(".")[2], group
+            listed = value if isinstance(value, list) else [value]
+            shown = ", ".join(number(one) for one in listed)
+            shown = f"[{shown}]" if isinstance(value, list) else shown
+            first = of.value[0][0].start_mark
+            between = ", " if of.flow_style else newline + " " * first.column
+            edits.append((first.index, f"{name}: {shown}{between}"))
+    for at, new in sorted(edits, reverse=True):
         text = text[:at] + new + text[at:]
     return text

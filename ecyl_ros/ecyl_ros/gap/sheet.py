@@ -17,6 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ..drive.coupling import free_widths
 from ..drive.parameters import DriveParameters, leaf_fields
 from ..drive.tolerances import ALL, EXACT, constants_of, half_widths
 from ..effects.catalogue import CATALOGUE
@@ -65,6 +66,7 @@ class Sheet:
         stated = drive.tolerances.get(_DAMPING, drive.tolerances.get(ALL))
         if nominal[_DAMPING] == 0.0 and stated != EXACT:
             widths[_DAMPING] = max(widths[_DAMPING], _damping_of_steel(drive))
+        widths |= free_widths({key: nominal[key] for key in drive.left_out})
         keys = tuple(key for key, width in widths.items() if width > 0.0)
         leaves = leaf_fields()
         return cls(

@@ -24,7 +24,7 @@ from ..effects.catalogue import CATALOGUE
 from ..errors import InputError
 from ..recording.atomic import replacing
 from .diagnosis import Diagnosis
-from .drive_text import Effects, add_effects, before_effects, with_values
+from .drive_text import Effects, add_effects, add_values, with_values
 from .rigid.closest import WRITTEN
 
 _DIGITS = 9
@@ -41,8 +41,7 @@ def write_twin(diagnosis: Diagnosis, drive: str | os.PathLike[str], out: str | P
     """
     source = resolve_drive(drive)
     nominal = load_model(source)
-    rigid = isinstance(nominal, Machine)
-    if not (diagnosis.causes if rigid else diagnosis.closes):
+    if not diagnosis.closes:
         raise InputError(f"{out}: not written, for no cause was named")
     text = source.read_bytes().decode("utf-8")
     twin = _rigid(diagnosis, nominal) if isinstance(nominal, Machine) else _full(diagnosis, nominal)
@@ -90,7 +89,9 @@ def _full(diagnosis: Diagnosis, nominal: DriveParameters) -> _Twin:
     wanted = _added(with_constants(nominal, constants), effects)
 
     def written(text: str) -> str:
-        text = with_values(text, _as_written(nominal, constants))
+        values = _as_written(nominal, constants)
+        new = {key: values.pop(key) for key in nominal.left_out if key in values}
+        text = add_values(with_values(text, values), new)
         return add_effects(text, effects, notes) if effects else text
 
     def is_meant(found: DriveParameters | Machine) -> bool:
@@ -101,7 +102,7 @@ def _full(diagnosis: Diagnosis, nominal: DriveParameters) -> _Twin:
 
 def _rigid(diagnosis: Diagnosis, nominal: Machine) -> _Twin:
     machine = diagnosis.closest
-    assert machine is not None  # where a cause is named
+    assert machine is not None  # where something was found
     units = Units(machine.effects_unit or ("N" if machine.linear else "N m"), machine.linear)
     effects = {
         name: {key: _digits(value) for key, value in values.items()}
@@ -118,10 +119,10 @@ def _rigid(diagnosis: Diagnosis, nominal: Machine) -> _Twin:
 
     def written(text: str) -> str:
         text = with_values(text, dict(constants))
-        text = add_effects(text, effects, _remarks(diagnosis))
+        text = add_effects(text, effects, _remarks(diagnosis)) if effects else text
         if nominal.inertia is None and machine.inertia is not None:
             key = "load.mass" if machine.linear else "load.inertia"
-            text = before_effects(text, f"{key}: {_digits(machine.inertia)!r}")
+            text = add_values(text, {key: _digits(machine.inertia)})
         return text
 
     def is_meant(found: DriveParameters | Machine) -> bool:

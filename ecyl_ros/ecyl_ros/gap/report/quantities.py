@@ -163,10 +163,12 @@ def sheet_value(one: SheetValue) -> tuple[str, str, str, str]:
     # A tolerance to two digits, the nominal value to as many decimals.
     half = one.tolerance * factor
     stated = max(0, 1 - math.floor(math.log10(half))) if half > 0.0 else places
-    nominal = f"{one.nominal * factor:.{stated}f} +- {half:.{stated}f}"
+    nominal = joined(f"{one.nominal * factor:.{stated}f} +- {half:.{stated}f}", unit)
+    nominal = nominal if one.stated else "left out"
     if not one.seen:
-        return joined(nominal, unit), "not seen here", "-", "-"
-    return joined(nominal, unit), joined(value, unit), f"{low} to {high}", f"{one.pull:+.2f}"
+        return nominal, "not seen here", "-", "-"
+    pull = f"{one.pull:+.2f}" if one.stated else "-"
+    return nominal, joined(value, unit), f"{low} to {high}", pull
 
 
 def with_interval(one: FittedParameter) -> str:

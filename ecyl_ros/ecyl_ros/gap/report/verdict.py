@@ -78,7 +78,7 @@ def _within_sheet(diagnosis: Diagnosis) -> str:
         f"constants as found, {'all' if share == '100 %' else share} of the gap is gone on "
         "stretches that no parameter was fitted to."
     )
-    seen = [one for one in diagnosis.sheet if one.seen]
+    seen = [one for one in diagnosis.sheet if one.seen and one.stated]
     if seen:
         most = max(seen, key=lambda one: abs(one.pull))
         text += (

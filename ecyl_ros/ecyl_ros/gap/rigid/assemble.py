@@ -40,9 +40,11 @@ def assembled(
     merged, reached = _merged(ruling.causes, steps) if named else ((), ())
     order = judgement.contest.order
     untold = [one for one in judgement.competed if not any(one is other for other in order)]
-    best = closest(along, judgement.whole, untold) if named else None
-    gap = SignalGap(motion.effort_name, motion.effort_unit, ruling.before, ruling.after, floor)
     whole = judgement.whole if named else judgement.null.fit([], balance.usable)
+    best = None
+    if named or ruling.verdict == "within_sheet":
+        best = closest(along, whole, untold if named else ())
+    gap = SignalGap(motion.effort_name, motion.effort_unit, ruling.before, ruling.after, floor)
     before = contest.nominal.rms(judgement.judged)
     return Diagnosis(
         source=source,
@@ -61,7 +63,7 @@ def assembled(
         steps=reached,
         candidates=_candidates(judgement),
         notes=(*costs(motion, along, mode), *played.notes, *motion.notes, *judgement.notes),
-        values={} if best is None else _values(judgement, best),
+        values=_values(judgement, best) if named and best is not None else {},
         series=_series(judgement, ruling, played, int(recording.stamp_ns[0])),
         replays=contest.fits,
         misfit_before=ruling.before / floor,
