@@ -7,7 +7,8 @@ import pytest
 from rigid_machines import LINEAR, motion, recorded
 
 from ecyl_ros.gap.diagnose import diagnose
-from ecyl_ros.gap.rigid.frozen import repeated_rows, without_repeats
+from ecyl_ros.gap.rigid.frozen import without_repeats
+from ecyl_ros.recording.repeats import repeated_rows
 from ecyl_ros.recording.signals import Recording
 
 M = motion(0.1)

@@ -126,6 +126,20 @@ def test_a_logger_that_repeats_costs_all_signals() -> None:
     assert (found.begin, found.end) == (4_200, 4_350)
 
 
+def test_a_sample_repeated_a_few_times_is_found_too() -> None:
+    """Eight rows of all signals alike in the midst of a motion: all of them left out, once; as many
+    equal rows of the coarse encoder alone are none."""
+    columns = moves()
+    at = 2300
+    for name in ("reference", "encoder", "speed", "current"):
+        columns[name][at : at + 8] = columns[name][at]
+    (found,) = flaws(columns)
+    assert (found.kind, found.begin, found.end) == (REPEATED, at, at + 8)
+    alone = moves()
+    alone["encoder"][at : at + 8] = alone["encoder"][at]
+    assert flaws(alone) == []
+
+
 def test_rows_of_zeros_at_the_end_are_cut_off() -> None:
     """A buffer's empty rows are no motion to 0; a run that ends at rest at 0 is whole."""
     columns = moves(7.5)

@@ -13,7 +13,7 @@ evidence that it should have changed, one of:
   longest run of equal values in such motion. Positions are not judged by this: they can stick.
 
 Where all signals of a topic stand still together and one of them has such evidence, the logger has
-repeated its last sample, and nothing in it holds.
+repeated its last sample, and nothing in it holds; such runs may be much shorter, see `repeats`.
 """
 
 from __future__ import annotations
@@ -26,7 +26,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .names import PLACED, words
+from .repeats import repeated_rows
+from .runs import runs_of
 from .signals import FloatArray, StampArray
+from .whiteness import white_noise
 
 FROZEN, REPEATED, CUT_END, SATURATED = "frozen", "repeated", "cut_end", "saturated"
 _SHORTEST = 20  # samples of a frozen stretch
@@ -35,7 +38,6 @@ _BY_CHANCE = 1e-6  # runs that long, expected of the signal's own statistics
 _FEWEST_RUNS = 50
 _VALUES = 12  # different ones; a signal of fewer is a state, not a measurement
 _BESIDE = 50  # samples on either side of a run that noise is taken from
-_WHITE = 0.6  # share of third differences that turn their sign; 0.77 where all is white noise
 _NOISE_STEPS = 3.0  # a signal's finest steps
 _NEAR = 25  # samples on either side, that a pace is taken from
 _PAUSE = 2.5  # steps of time
@@ -174,12 +176,25 @@ def find_flaws(
         else:
             fields = tuple(name for name in columns if name in names | (together - set(held)))
             out.append(_flaw(FROZEN, fields, begin, stop, stamps_ns))
+    repeated = repeated_rows({name: values[:end] for name, values in columns.items()}, held)
+    for flaw in out:
+        if flaw.kind == REPEATED:
+            repeated[flaw.begin : flaw.end] = False
+    more = [
+        _flaw(REPEATED, tuple(columns), begin, stop, stamps_ns)
+        for begin, stop in runs_of(repeated).tolist()
+    ]
+    out = [*(flaw for flaw in out if not any(_within(flaw, other) for other in more)), *more]
     out += [
         one
         for name in columns
         if (one := _saturated(name, columns[name][:end], stamps_ns)) is not None
     ]
     return sorted(out, key=lambda one: (one.begin, one.kind))
+
+
+def _within(one: Flaw, other: Flaw) -> bool:
+    return other.begin <= one.begin and one.end <= other.end
 
 
 def _flaw(kind: str, fields: tuple[str, ...], begin: int, end: int, stamps: StampArray) -> Flaw:
@@ -249,19 +264,6 @@ def _noise_rests(own: _Runs, begin: int, end: int) -> bool:
     sides = [own.values[max(0, begin - _BESIDE) : begin], own.values[end : end + _BESIDE]]
     judged = [side for side in sides if side.size >= _SHORTEST]
     return bool(judged) and all(white_noise(side) >= _NOISE_STEPS * own.finest for side in judged)
-
-
-def white_noise(side: FloatArray) -> float:
-    """Standard deviation of the white noise in some samples; 0 where they run smoothly.
-
-    Of white noise three in four third differences have the other sign than the one before, of a
-    smooth motion, however sharp its jerk, nearly none.
-    """
-    third = np.diff(side[np.isfinite(side)], 3)
-    turns = third[1:] * third[:-1] < 0.0
-    if third.size < 8 or not float(turns.mean()) > _WHITE:
-        return 0.0
-    return 1.4826 * float(np.median(np.abs(third))) / math.sqrt(20.0)
 
 
 def _leaps(own: _Runs, begin: int, end: int, stamps: StampArray) -> bool:

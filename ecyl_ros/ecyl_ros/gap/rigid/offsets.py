@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 
 from ...effects.along import Along
+from ...recording.runs import runs_of
 from .motion import Motion
-from .runs import runs_of
 
 _SHORTEST_S = 0.5  # of a run of samples that an offset is told from
 

@@ -6,9 +6,9 @@ import numpy as np
 from scipy.ndimage import binary_dilation, maximum_filter1d, minimum_filter1d
 
 from ...effects.along import Along
+from ...recording.runs import runs_of
 from ..diagnosis import BoolArray
 from .motion import Motion
-from .runs import runs_of
 
 _SLOW = 0.02  # of the top speed: slower than that, for long and without getting anywhere, is rest
 _PLACE = 2e-3  # of the travel: so far may it creep meanwhile (bristles give way)
