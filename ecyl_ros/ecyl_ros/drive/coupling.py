@@ -15,10 +15,7 @@ BACKLASH, STIFFNESS = "transmission.backlash", "transmission.stiffness"
 DAMPING = "transmission.contact_damping"
 MAY_MISS = (BACKLASH, STIFFNESS)
 
-# Half widths that hold what a diagnosis may find in their place: any coupling. rad at the rotor
-# (gears of 60 arcmin), and shares of the rigid values.
-_WIDEST_BACKLASH_RAD, _ANY = 0.02, 10.0
-
+_WIDE_BACKLASH_RAD = 5e-3  # 17 arcmin at the rotor
 
 Value = float | tuple[float, ...]
 
@@ -44,8 +41,8 @@ def rigid_coupling(
 
 
 def free_widths(left_out: Mapping[str, float]) -> dict[str, float]:
-    """Half widths of constants that were left out, by key, in their units; values: nominal ones."""
-    return {
-        key: _WIDEST_BACKLASH_RAD if key == BACKLASH else _ANY * value
-        for key, value in left_out.items()
-    }
+    """Half widths of constants that were left out, by key, in their units: a factor of e.
+
+    left_out: values that took their place; a clearance of none may be as wide as that of gears.
+    """
+    return {key: value if value > 0.0 else _WIDE_BACKLASH_RAD for key, value in left_out.items()}

@@ -19,7 +19,7 @@ from .diagnosis import Candidate, Cause, Diagnosis, FittedParameter, Series, She
 from .earn import AT_FLOOR, EXCUSED, at_noise, gone
 from .fit import Fit, Fitter
 from .intervals import intervals
-from .left_out import costs, not_to_be_judged
+from .left_out import costs, not_to_be_judged, with_coupling
 from .locate import by_condition, by_frequency, by_port, by_signal, pooled
 from .replay import BoolArray, Replay
 from .robust import misfit
@@ -57,6 +57,9 @@ def diagnose_cylinder(
     """
     check_stability(drive, drive_name)
     replay = Replay(recording, drive, source)
+    begun = with_coupling(replay)
+    if begun is not drive:
+        drive, replay = begun, Replay(recording, begun, source)
     fitter = Fitter(replay, held_out_of(replay.time_s, replay.gap({}), replay.usable))
     nominal = fitter.nominal
     tell(0.02)
