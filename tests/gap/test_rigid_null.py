@@ -35,6 +35,15 @@ def test_constants_within_their_tolerances_are_no_cause() -> None:
         assert found[key].low <= true <= found[key].high
 
 
+def test_a_known_push_from_outside_is_no_gap() -> None:
+    """10 N for a quarter of each second: no cause where they were recorded, a gap where not."""
+    push = np.where(np.mod(M.t, 1.0) < 0.25, 10.0, 0.0)
+    blind = recorded(M, _drag() - push, SHEET, 0.3, 1e-6)
+    told = diagnose(dataclasses.replace(blind, injected_force_n=push), SHEET)
+    assert told.verdict in ("no_gap", "within_sheet") and not told.causes
+    assert diagnose(blind, SHEET).verdict not in ("no_gap", "within_sheet")
+
+
 def test_a_constant_that_has_to_leave_its_tolerance_is_a_cause() -> None:
     """A mass 40 % up with friction 5 % down: the mass alone is named, with its value."""
     result = diagnose(recorded(M, _drag(28.0, 38.0, 5.7), SHEET, 0.3, 1e-6), SHEET)

@@ -174,6 +174,12 @@ class Replay:
         missing = [one.name for one in SIGNALS if one not in self.signals]
         if missing:
             self.notes.append(f"not recorded, hence not judged: {', '.join(missing)}")
+        for name in ("injected_force_n", "injected_torque_nm"):
+            if recording.has(name):
+                self.notes.append(
+                    f"{name} was recorded, but a full cylinder is replayed without it: what it "
+                    "does counts as a gap"
+                )
         self.recorded = np.array([recording.signal(one.recorded) for one in self.signals])
         stated = declared_noise(drive)
         # Voltage noise that the cascade makes of noise in what it measures.

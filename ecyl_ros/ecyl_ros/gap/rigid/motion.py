@@ -156,6 +156,7 @@ def motion_of(
         position = np.concatenate([[0.0], np.cumsum(0.5 * (speed[1:] + speed[:-1])) / rate])
         notes.append("no position recorded: it was integrated from speed, its start is unknown")
     effort, unit, name = _effort(take, machine, notes)
+    effort = effort + _injected(take, unit, linear, notes)
     modes = take.held("mode")
     position = bridged(position, known)
     usable = wide(known, rate)
@@ -279,6 +280,19 @@ def _effort(take: Taker, machine: Machine, notes: list[str]) -> tuple[FloatArray
     if not np.isfinite(values).any():
         notes.append(f"no {kind} recorded")
     return gain * values, own, "force" if machine.linear else "torque"
+
+
+def _injected(take: Taker, unit: str, linear: bool, notes: list[str]) -> FloatArray:
+    """What was put on the output from outside and is known, float64[n]; it drives it, too."""
+    values = take(f"injected_{'force_n' if linear else 'torque_nm'}")
+    known = np.isfinite(values)
+    if known.any() and unit != ("N" if linear else "N m"):
+        notes.append(
+            f"an injected {'force' if linear else 'torque'} was recorded, but without "
+            f"actuation.gain it cannot be added to an effort in {unit}: left out"
+        )
+        known[:] = False
+    return np.where(known, values, 0.0)
 
 
 def _other(take: Taker, machine: Machine) -> FloatArray:
