@@ -72,6 +72,8 @@ def term(along: Along, explained: FloatArray, delay_s: float) -> Term:
         low=(0.0,),
         alternatives=("measurement_delay",),
         least=LATE / rate_hz,
+        # The log's own lag is in it; where the loop is worked out from the motion, holding alone.
+        unsure=(1.0 if along.machine.actuation == "loop" else LATE) / rate_hz,
         sought=delay_s,
         again=lambda late, values: term(
             along, late - float(values[0]) * column, max(float(values[0]), 0.0)
@@ -86,7 +88,8 @@ def _void(fitted: Fitted) -> str:
     span, sought = fitted.spans[0], fitted.term.sought
     if span.value <= fitted.term.least:
         return SAMPLING
-    reach = max(span.high - span.value, _AGREES * sought)
+    by_fit = math.sqrt(max((span.high - span.value) ** 2 - fitted.term.unsure**2, 0.0))
+    reach = max(by_fit, _AGREES * sought)
     if abs(span.value - sought) > reach:
         return f"by its course it would be {sought:.3g} s, by its size {span.value:.3g} s"
     return plain(fitted)

@@ -59,6 +59,7 @@ class Term:
         of_effort: whether its coefficients are efforts, by the file's gain: in N or N m they are
             others by another gain.
         inertia: share of the acceleration in its first column.
+        unsure: half width by which its first parameter is unsure whatever a fit says.
         sought: what its first parameter would be by another property of the effort than its size.
         follows: whether its columns follow what is explained so far. again: the same along the
             effort that its set explains, itself included, float64[n], and from its coefficients so
@@ -85,6 +86,7 @@ class Term:
     over_time: bool = False
     of_effort: bool = True
     inertia: float = 0.0
+    unsure: float = 0.0
     sought: float = 0.0
     follows: bool = False
     again: Callable[[FloatArray, FloatArray], Term] | None = None

@@ -26,6 +26,8 @@ MOST_STRETCHES = 48  # what is left is correlated over time: more of them say no
 _LOSS = 5.0  # residuals beyond so many robust standard deviations lose their weight (Cauchy)
 ROUNDS = 6
 _LEAST_MOVING = 0.2  # share of the samples in motion with which rest is left out
+UNMODELLED = 0.01  # share of the effort that no model of one inertia explains
+_ALIGNED = 0.5  # of that, in one direction of all that are fitted
 _FORM = 1e-3  # half width, as a share of the value, that no interval falls below
 
 
@@ -313,10 +315,19 @@ class Balance:
         made: FloatArray = more * solution.inertia(self.model) * (inverse @ blurred)
         return made
 
+    def _modelled(self, solution: Solution, rows: BoolArray) -> FloatArray:
+        """How far coefficients may be off by what no model explains, float64[k]."""
+        columns, weights = self.columns(solution.terms)[rows], solution.weights[rows]
+        inverse = self._inverse(solution, columns, weights)
+        size = _ALIGNED * UNMODELLED * float(np.std(self.effort[rows]))
+        made: FloatArray = size * np.sqrt(np.maximum(np.diag(inverse), 0.0) * weights.sum())
+        return made
+
     def intervals(self, solution: Solution, rows: BoolArray) -> dict[str, list[Interval]]:
         """95 % intervals of the parameters of each term, by its key; by the delta method."""
         covariance, count = self.covariance(solution, rows)
         unsure = self.unsure(solution, rows)
+        modelled = self._modelled(solution, rows)
         own = self.model.counted == 1.0
         gain = next((at for at, one in enumerate(_keys(solution.terms)) if one == "gain"), None)
         quantile = float(student.ppf(0.975, max(count - solution.coefficients.size, 2)))
@@ -342,9 +353,12 @@ class Balance:
             for number, (name, unit, value) in enumerate(base):
                 off = float(slopes[number] @ unsure[rows_of])
                 spread = math.sqrt(max(float(slopes[number] @ part @ slopes[number]), 0.0))
-                half = math.hypot(quantile * spread, _FORM * abs(value))
+                form = float(np.linalg.norm(slopes[number] * modelled[rows_of]))
+                half = math.hypot(quantile * spread, form, _FORM * abs(value))
                 if name in term.fixed:
                     half = quantile * _searched(term, name, value, base[0][2], part[:size, :size])
+                if number == 0:
+                    half = math.hypot(half, term.unsure)
                 low, high = value - half + min(off, 0.0), value + half + max(off, 0.0)
                 made.append(Interval(name, unit, value, low, high))
             found[term.key] = made

@@ -88,8 +88,15 @@ class Certainty:
         is twice a logarithm as it stands.
         """
         winner = self.contest.winner
-        more = other.rms(self.judged) / max(winner.rms(self.judged), 1e-300) - 1.0
+        more = self._left(other) / max(self._left(winner), 1e-300) - 1.0
         return more / _ERRS + 0.5 * (other.price - winner.price)
+
+    def _left(self, fit: Solution) -> float:
+        """Root of the robust mean square on all unseen rows: reversals count, too, as far as blows
+        may."""
+        balance = self.balance
+        rows = balance.judged if balance.judged.any() else balance.usable
+        return math.sqrt(float(np.mean(balance.costs(fit, self.contest.winner.scale, rows))))
 
     def _worth(self, term: Term) -> float:
         """RMS that the price of the sheet counts as which a term saves."""

@@ -17,6 +17,7 @@ from ...effects.term import Term
 from .balance import Solution
 from .contest import Contest, won_by
 from .null import Null
+from .search import settled
 from .sets import LEAST_GAIN, Sets
 from .terms import free_means
 
@@ -55,7 +56,7 @@ def compete(
         taken = sets.extended(chosen, _first(ranked))
         chosen = _afresh(sets, _look_back(sets, _swapped(sets, taken)))
         current = sets.fit(chosen)
-    chosen = _afresh(sets, _simpler(sets, _look_back(sets, chosen)))
+    chosen = _tuned(sets, _afresh(sets, _simpler(sets, _look_back(sets, chosen))))
     return won_by(chosen, sets, base, singles, tried)
 
 
@@ -130,6 +131,23 @@ def _afresh(sets: Sets, chosen: Sequence[Term]) -> list[Term]:
         fit = sets.fit(kept)
         explained = fit.explained(sets.balance.nominal)
         kept = [one if one.again is None else one.again(explained, fit.of(one)) for one in kept]
+    return kept
+
+
+def _tuned(sets: Sets, chosen: Sequence[Term]) -> list[Term]:
+    """Orders over the turn that were searched, sought once more beside all that acts."""
+    kept, balance, along = list(chosen), sets.balance, sets.catalogue.along
+    for at, one in enumerate(kept):
+        shape = RIGID[one.effect].shape
+        if one.over_time or not (one.rate and one.extent > 0.0 and shape is not None):
+            continue
+        fit = sets.fit(kept)
+        values = (fit.residual + balance.columns([one]) @ fit.of(one))[balance.fitted]
+        explained = fit.explained(balance.nominal)
+        rate = settled(balance, values, along, explained if one.follows else None, one.rate)
+        kept[at] = RIGID[one.effect].term(
+            along, *shape(along, {"wave": rate * along.turn.rate}, explained)
+        )
     return kept
 
 

@@ -22,10 +22,10 @@ from ..verdict import (
     shrink_of,
     verdict_of,
 )
-from .balance import Solution
+from .balance import UNMODELLED, Solution
 from .certainty import Certainty
 from .contest import Contest
-from .noise import UNMODELLED, measurement_noise
+from .noise import measurement_noise
 from .null import Null
 from .rest import moving
 from .void import SHEET, SILENT, why_not

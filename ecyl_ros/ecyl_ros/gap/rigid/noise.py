@@ -10,14 +10,13 @@ import numpy as np
 from ...drive.rigid.loop import gains_of
 from ...drive.rigid.machine import Machine
 from ..diagnosis import FloatArray
-from .balance import Solution
+from .balance import UNMODELLED, Solution
 from .band import DERIVATIVE, ORDER, slope_gain
 from .grid import bridged, eroded
 from .motion import Motion
 from .terms import Catalogue
 from .white import least_density
 
-UNMODELLED = 0.01  # share of the effort that no model of one inertia explains
 _LONGEST = 20.0  # periods of the weight in a recording, at the least
 _LEFT = 0.7  # of the samples have to be left once it has settled
 _POINTS = 2000  # of an integral over frequency
