@@ -1,14 +1,21 @@
 """ament_python package: `colcon build` on ROS 2 Jazzy, `pip install` on machines without ROS."""
 
+import re
 from glob import glob
+from pathlib import Path
 
 from setuptools import find_packages, setup
 
 NAME = "ecyl_ros"
+HERE = Path(__file__).resolve().parent
+# The one place of the version is the package itself; package.xml is held to it by a test.
+(VERSION,) = re.findall(
+    r'^__version__ = "(.+)"$', (HERE / NAME / "__init__.py").read_text(encoding="utf-8"), re.M
+)
 
 setup(
     name=NAME,
-    version="0.1.0",
+    version=VERSION,
     packages=find_packages(include=[NAME, f"{NAME}.*"]),
     # Said outright, so that an editable install is a path entry: an import hook would lose against
     # the folder of the same name when Python runs from the repository's top level.
@@ -42,10 +49,13 @@ setup(
     ],
     extras_require={"dask": ["dask[distributed]>=2024.1"]},  # `ecyl sensitivity --dask`
     zip_safe=False,
+    long_description=(HERE / "README.md").read_text(encoding="utf-8"),
+    long_description_content_type="text/markdown",
     maintainer="The ecyl_ros founders",
     maintainer_email="maintainers@ecyl-ros.example",
     description="An electric-cylinder servo drive as a ROS 2 graph; diagnosis of its gap",
     license="Apache-2.0",
+    license_files=["LICENSE"],
     entry_points={
         "console_scripts": [
             "ecyl = ecyl_ros.cli.main:main",

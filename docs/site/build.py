@@ -20,11 +20,13 @@ PACKAGES = {
 }
 # Pages, and what they link to.
 PAGES = (
-    "README.md",
+    "*.md",
+    "LICENSE",
     "bags/*",
     "docs/**/*.*",
-    "ecyl_ros/ecyl_ros/effects/*.py",
+    "ecyl_ros/**/*.py",
     "rclpy_cyclone/README.md",
+    "tests/**/*.py",
 )
 
 

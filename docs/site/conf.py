@@ -15,6 +15,8 @@ extensions = [
 root_doc = "index"
 include_patterns = [
     "index.md",
+    "CHANGELOG.md",
+    "CONTRIBUTING.md",
     "README.md",
     "api/**",
     "bags/README.md",

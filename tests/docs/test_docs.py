@@ -10,7 +10,7 @@ from ecyl_ros.drive.describe import key_table, tolerance_table
 from ecyl_ros.drive.drive_file import profiles
 
 ROOT = Path(__file__).parents[2]
-PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
+PAGES = [*ROOT.glob("*.md"), *sorted((ROOT / "docs").rglob("*.md"))]
 
 
 def test_the_drive_file_page_holds_the_table_the_code_prints() -> None:
@@ -50,3 +50,12 @@ def test_the_nodes_page_names_every_topic_and_parameter() -> None:
             assert f"`{topic}`" in page, topic
     for name in (*COMMON_PARAMETERS, "duration", "summary_file", "lookahead", "window", "out"):
         assert f"`{name}`" in page, name
+
+
+def test_the_contributors_example_is_the_code_itself() -> None:
+    """The effect that CONTRIBUTING walks through stands there as it stands in its file."""
+    page = (ROOT / "CONTRIBUTING.md").read_text()
+    shown = re.findall(r"^```python\n(.*?)^```", page, re.MULTILINE | re.DOTALL)
+    source = (ROOT / "ecyl_ros/ecyl_ros/effects/inverter_gain.py").read_text()
+    (own,) = shown
+    assert source.endswith(own)

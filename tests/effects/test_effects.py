@@ -197,6 +197,14 @@ def test_dead_time_is_made_up_for_by_the_commanded_voltage(
     assert rise == pytest.approx(expected, rel=1e-3)
 
 
+def test_a_weak_inverter_is_made_up_for_in_proportion(drive) -> None:
+    """At constant speed the loop commands u / (1 + gain) where a true inverter would need u."""
+    values = {"inverter_gain": {"gain": -0.05}}
+    true, weak = (_run(drive, one, _ramp(drive, 0.02), 1.0) for one in ({}, values))
+    wanted = true.samples[-1, VOLTAGE + 1] / 0.95
+    assert weak.samples[-1, VOLTAGE + 1] == pytest.approx(wanted, rel=1e-6)
+
+
 def test_an_offset_current_reading_leaves_no_torque_at_rest(drive) -> None:
     """At rest without load the reading is the offset and the rotor stands still."""
     run = _run(drive, {"current_sensor_offset": {"offset_a": 0.3}}, lambda i: (0.0, 0.0), 3.0)

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import argparse
+import importlib.util
 import json
 import signal
 import sys
 import tempfile
 from pathlib import Path
 
+from ..errors import InputError
 from .progress import progress_bar
 from .run_options import Run, add_run_arguments, checked_run, print_tracking
 
@@ -28,6 +30,10 @@ def run(options: argparse.Namespace) -> int:
     """Run the graph; 0 when it ran to its end or was stopped with Ctrl-C, 1 when a node failed."""
     from ..nodes.launcher import GraphError
 
+    if importlib.util.find_spec("rclpy") is None:
+        raise InputError(
+            "the nodes need rclpy: source a ROS 2 installation or install rclpy_cyclone"
+        )
     checked = checked_run(options)
     # SIGTERM as Ctrl-C: the nodes are ended and the recording is closed.
     signal.signal(signal.SIGTERM, signal.default_int_handler)

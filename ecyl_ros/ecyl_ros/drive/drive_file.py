@@ -44,13 +44,14 @@ NODE_KEYS = (
 
 def config_folder() -> Path:
     """Folder of the profiles that come with the package, installed or in the source tree."""
-    here = Path(__file__).resolve()
-    places = [here.parents[2] / "config"]
+    package = Path(__file__).resolve().parents[1]
+    source = package.parent
+    places = [source / "config"] if (source / "package.xml").is_file() else []
+    places += [parent / "share/ecyl_ros/config" for parent in package.parents]
     prefixes = os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep)
     places += [
         Path(prefix, "share/ecyl_ros/config") for prefix in (*prefixes, sys.prefix) if prefix
     ]
-    places += [parent / "share/ecyl_ros/config" for parent in here.parents]
     for place in places:
         if place.is_dir():
             return place

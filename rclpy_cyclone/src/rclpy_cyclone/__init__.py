@@ -6,7 +6,7 @@ nothing but :mod:`sys`.
 
 import sys
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"
 
 # Message packages served when no genuine rclpy is importable.
 MESSAGE_PACKAGES = frozenset(
