@@ -7,7 +7,7 @@ import re
 project = "ecyl_ros"
 author = "The ecyl_ros founders"
 extensions = [
-    "myst_parser",
+    "myst_nb",
     "sphinx.ext.autodoc",
     "sphinx.ext.napoleon",
     "sphinx.ext.viewcode",
@@ -23,9 +23,11 @@ include_patterns = [
     "docs/*.md",
     "docs/effects/*.md",
     "docs/field/*.md",
+    "docs/notebooks/*.ipynb",
     "rclpy_cyclone/README.md",
 ]
 myst_heading_anchors = 4
+nb_execution_mode = "off"  # docs/notebooks/execute.py runs them
 default_role = "code"  # `name` in a docstring is code, as in Markdown
 napoleon_numpy_docstring = False
 napoleon_use_ivar = True

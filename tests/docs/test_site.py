@@ -20,7 +20,7 @@ def test_the_documentation_builds_without_a_warning(tmp_path: Path) -> None:
     )
     assert built.returncode == 0, built.stderr[-4000:]
     assert "WARNING" not in built.stderr
-    for page in (ROOT / "docs").rglob("*.md"):
+    for page in (*(ROOT / "docs").rglob("*.md"), *(ROOT / "docs").rglob("*.ipynb")):
         if page.parent.name != "site":
             assert (out / page.relative_to(ROOT)).with_suffix(".html").exists(), page
     package = ROOT / "ecyl_ros" / "ecyl_ros"

@@ -21,6 +21,7 @@ VERBS = {
     "replay": "publish a recording again with its own timing",
     "inspect": "what a recording holds: topics, rates, gaps, clocks, ranges, a proposed map",
     "diagnose": "where the gap to a recording lies, what causes it, how far it shrinks",
+    "export": "the drive as MJCF, URDF or SDF; a joint of these as a rigid drive file",
     "sensitivity": "tracking figures over one or two parameters of a drive file",
     "paper": "every table and figure of the paper, in both readings, beside its numbers",
     "bench": "the paper's locked-output test: hysteresis loop, clearance, stiffness",

@@ -120,10 +120,24 @@ def load_long(
         if picked is not None:
             return LongRecording(place, picked, functools.partial(_read_stretch, place, own))
     recording = load_recording(place, signal_map, span)
+    return long_or_whole(recording, place, longest_s, most, span.begin_s if span else 0.0)
+
+
+def long_or_whole(
+    recording: Recording,
+    path: str | Path,
+    longest_s: float,
+    most: int,
+    begin_s: float = 0.0,
+) -> Recording | LongRecording:
+    """A recording in memory, or where it is longer than `longest_s` its `most` stretches.
+
+    path: what messages call it. begin_s: where it begins in that file.
+    """
     if recording.duration_s <= longest_s:
         return recording
-    found = recording_stretches(recording, longest_s, most, span.begin_s if span else 0.0)
-    return recording if found is None else LongRecording(place, found, _Slices(recording))
+    found = recording_stretches(recording, longest_s, most, begin_s)
+    return recording if found is None else LongRecording(Path(path), found, _Slices(recording))
 
 
 def load_stretch(

@@ -221,6 +221,9 @@ class SignalMap:
         """The entry that gives a field of `Recording`, if there is one."""
         return next((one for one in self.signals if one.target == target), None)
 
+    def __str__(self) -> str:
+        return map_yaml(self)
+
 
 def load_map(path: str | Path) -> SignalMap:
     """Read and check a map file.

@@ -5,10 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
 
 FloatArray = NDArray[np.float64]
 StampArray = NDArray[np.int64]
@@ -45,7 +48,7 @@ FOREIGN_SIGNALS: dict[str, str] = {
 _NOT_GIVEN: Any = None  # becomes NaN throughout
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class Recording:
     """Signals of one run on one grid of stamps.
 
@@ -161,3 +164,29 @@ class Recording:
         names = ("stamp_ns", *SIGNALS, *FOREIGN_SIGNALS)
         arrays = {name: getattr(self, name)[keep] for name in names}
         return replace(self, **arrays)
+
+    def to_pandas(self) -> DataFrame:
+        """The measured signals as columns by name, the index time in s since the first stamp.
+
+        The column `stamp_ns` keeps the stamps whole; `attrs` hold `resolution` and `notes`.
+        """
+        from .frame import to_frame
+
+        return to_frame(self)
+
+    @classmethod
+    def from_pandas(cls, frame: DataFrame) -> Recording:
+        """The recording that a frame holds; `frame.from_frame` says how it must look.
+
+        Raises:
+            InputError: no column with a signal's name, one that holds no numbers, or instants that
+                are missing or do not increase.
+        """
+        from .frame import from_frame
+
+        return from_frame(frame)
+
+    def __repr__(self) -> str:
+        names = ", ".join(name for name in (*SIGNALS, *FOREIGN_SIGNALS) if self.has(name))
+        rate = f" at {self.rate_hz:.6g} Hz" if len(self) > 1 else ""
+        return f"<recording: {self.duration_s:.6g} s{rate}: {names or 'nothing measured'}>"

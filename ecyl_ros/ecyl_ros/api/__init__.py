@@ -1,0 +1,1 @@
+"""What `import ecyl_ros as ec` offers: reading, diagnosing and simulating from Python."""

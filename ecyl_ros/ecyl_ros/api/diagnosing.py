@@ -1,0 +1,113 @@
+"""One diagnosis, from a file or a recording in memory, of whatever kind of drive."""
+
+from __future__ import annotations
+
+import dataclasses
+import os
+from collections.abc import Callable
+from pathlib import Path
+
+from ..drive.drive_file import resolve_drive
+from ..drive.model_file import load_model
+from ..drive.parameters import DriveParameters
+from ..drive.rigid.machine import Machine
+from ..errors import InputError
+from ..gap.diagnose import diagnose as judge
+from ..gap.diagnosis import Diagnosis
+from ..gap.long_run import MOST_STRETCHES, diagnose_long
+from ..gap.screen import LONGEST_S
+from ..recording.load import LongRecording, load_long, load_stretch, long_or_whole
+from ..recording.map import SignalMap
+from ..recording.signals import Recording
+from ..recording.signs import wrong_signs
+from ..recording.span import Span
+from .reading import PathName, as_map, as_span
+from .result import DiagnosisResult
+
+Progress = Callable[[float], None]
+
+_LOOKED_THROUGH = 0.2  # share of the work, where a long recording is looked through first
+
+
+def diagnose(
+    recording: Recording | PathName,
+    drive: DriveParameters | Machine | PathName,
+    signal_map: SignalMap | PathName | None = None,
+    *,
+    begin_s: float | None = None,
+    end_s: float | None = None,
+    mode: float | None = None,
+    progress: Progress | None = None,
+) -> DiagnosisResult:
+    """Where the gap between a recording and its model lies, what causes it, how far it shrinks.
+
+    Args:
+        recording: of the real drive; or its file, of which as much is read as is judged, so that
+            hours of it fit.
+        drive: the nominal model: a drive file, a profile (`paper`, `si`, `bench`, `servo_1khz`),
+            or what `load_drive` gave.
+        signal_map, begin_s, end_s: of a file, as `read` takes them.
+        mode: judge only the samples whose mapped `mode` has this value (rigid drives, followers).
+        progress: called now and then with the share done, 0 to 1.
+
+    Raises:
+        InputError: unusable input: nothing to compare, too short, no motion, an unstable loop.
+    """
+    tell = progress or (lambda share: None)
+    drive_file: Path | None = None
+    if isinstance(drive, DriveParameters | Machine):
+        model, name = drive, "drive"
+    else:
+        drive_file = resolve_drive(drive)
+        model, name = load_model(drive_file), str(drive_file)
+    span = as_span(begin_s, end_s)
+    if isinstance(recording, Recording):
+        source = "recording"
+        if signal_map is not None:
+            raise InputError("signal_map is for a file; this recording is read already")
+        part = recording if span is None else span.part(recording, source)
+        whole = _in_memory(part, model)
+    else:
+        source = os.fspath(recording)
+        whole = _from_file(Path(recording), as_map(signal_map), span, model, tell)
+        looking, tell = tell, lambda share: looking(_LOOKED_THROUGH + _LEFT * share)
+    if isinstance(whole, LongRecording):
+        if mode is not None:
+            raise InputError(f"{name}: a full cylinder is judged in all modes; expected no mode")
+        assert isinstance(model, DriveParameters)
+        found = diagnose_long(whole, model, source=source, drive_name=name, progress=tell)
+    else:
+        found = judge(whole, model, mode=mode, source=source, drive_name=name, progress=tell)
+        found = _with_notes(found, whole, source)
+    return DiagnosisResult.of(found, drive_file)
+
+
+_LEFT = 1.0 - _LOOKED_THROUGH
+
+
+def _in_memory(recording: Recording, model: DriveParameters | Machine) -> Recording | LongRecording:
+    if isinstance(model, DriveParameters):
+        return long_or_whole(recording, "recording", LONGEST_S, MOST_STRETCHES)
+    return recording
+
+
+def _from_file(
+    path: Path,
+    signal_map: SignalMap | None,
+    span: Span | None,
+    model: DriveParameters | Machine,
+    tell: Progress,
+) -> Recording | LongRecording:
+    def looked(share: float) -> None:
+        tell(_LOOKED_THROUGH * share)
+
+    if isinstance(model, DriveParameters):
+        return load_long(path, signal_map, LONGEST_S, MOST_STRETCHES, looked, span)
+    return load_stretch(path, signal_map, LONGEST_S, looked, span)
+
+
+def _with_notes(diagnosis: Diagnosis, recording: Recording, source: str) -> Diagnosis:
+    """What was missing or cut off when the recording was read limits what could be judged."""
+    notes = [note.removeprefix(f"{source}: ") for note in recording.notes]
+    caution = "; ".join(one.text for one in wrong_signs(recording))
+    return dataclasses.replace(diagnosis, notes=(*notes, *diagnosis.notes), caution=caution)

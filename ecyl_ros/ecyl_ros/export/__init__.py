@@ -1,0 +1,1 @@
+"""Drives for other simulators: MJCF, URDF and SDF, and joint values of these as a drive file."""
