@@ -12,6 +12,7 @@ from recording_samples import made
 from ecyl_ros.errors import InputError
 from ecyl_ros.recording import TOPICS
 from ecyl_ros.recording.bag import read_bag
+from ecyl_ros.recording.mend import mend
 from ecyl_ros.recording.reader import read_recording
 from ecyl_ros.recording.writer import RecordingWriter, write_recording
 
@@ -217,7 +218,15 @@ def test_a_killed_writer_loses_only_its_open_chunk(tmp_path, name):
     per_chunk = -(-4096 // 75)
     assert 1000 - per_chunk < bag.message_count <= 1000
     assert bag.topics["/ecyl/current"].log_time_ns == list(range(bag.message_count))
-    assert len(bag.notes) == 1 and "cut off" in bag.notes[0]
+    assert len(bag.notes) == 1 and "was not closed" in bag.notes[0]
+    # The format's own library opens the file too, by index where that is asked for.
+    from mcap.reader import SeekingReader
+
+    file = tmp_path / name if name.endswith(".mcap") else tmp_path / name / f"{name}_0.mcap"
+    with file.open("rb") as stream:
+        reader = SeekingReader(stream)
+        assert reader.get_summary() is None  # there is no index, which is no error
+        assert [m.log_time for _, _, m in reader.iter_messages()] == list(range(bag.message_count))
 
 
 LIMITED = """
@@ -249,3 +258,32 @@ def test_a_disk_that_fills_up_leaves_no_half_recording(tmp_path, name):
     assert f"{tmp_path / name}" in done.stdout
     assert "cannot be written: File too large" in done.stdout and done.stdout.count("\n") == 1
     assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == before
+
+
+def test_a_mended_recording_is_closed_and_holds_every_whole_message(tmp_path):
+    """Cut anywhere, `mend` gives a closed file with the same bytes and times as can be read."""
+    from mcap.reader import SeekingReader
+
+    write_recording(made(5000), tmp_path / "whole.mcap")
+    whole = (tmp_path / "whole.mcap").read_bytes()
+    for share in (0.3, 0.8):
+        (tmp_path / "cut.mcap").write_bytes(whole[: int(share * len(whole))])
+        count, notes = mend(tmp_path / "cut.mcap", tmp_path / "mended.mcap")
+        assert len(notes) == 1 and "cut off" in notes[0]
+        cut, mended = read_bag(tmp_path / "cut.mcap"), read_bag(tmp_path / "mended.mcap")
+        assert mended.notes == () and count == mended.message_count == cut.message_count > 0
+        for name, topic in cut.topics.items():
+            other = mended.topics[name]
+            assert (other.data, other.log_time_ns) == (topic.data, topic.log_time_ns)
+            assert (other.type, other.qos) == (topic.type, topic.qos)
+        with (tmp_path / "mended.mcap").open("rb") as stream:
+            summary = SeekingReader(stream).get_summary()
+        assert summary is not None and summary.statistics.message_count == count
+
+
+def test_what_is_no_recording_is_not_mended(tmp_path):
+    """A text file is one clear line, and no output is left."""
+    (tmp_path / "notes.mcap").write_text("no recording at all")
+    with pytest.raises(InputError, match="is no MCAP file"):
+        mend(tmp_path / "notes.mcap", tmp_path / "out.mcap")
+    assert [path.name for path in tmp_path.iterdir()] == ["notes.mcap"]

@@ -19,6 +19,7 @@ VERBS = {
     "simulate": "the same run on the engine alone, without a graph",
     "analyse": "tracking figures, spectrum and IMFs of a recording",
     "replay": "publish a recording again with its own timing",
+    "mend": "close a recording whose recorder was killed",
     "inspect": "what a recording holds: topics, rates, gaps, clocks, ranges, a proposed map",
     "diagnose": "where the gap to a recording lies, what causes it, how far it shrinks",
     "export": "the drive as MJCF, URDF or SDF; a joint of these as a rigid drive file",

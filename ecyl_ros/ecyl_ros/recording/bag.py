@@ -20,6 +20,7 @@ from typing import Any, BinaryIO
 import yaml
 
 from ..errors import InputError
+from . import unclosed
 from .packed import kind, plain_file, plain_message
 
 MAGIC = b"\x89MCAP0\r\n"
@@ -242,6 +243,9 @@ class FileReader:
             at = yield from self._walk(stream, size - len(MAGIC))
             if not self.finished:
                 raise CorruptError(f"the record at byte {at} runs over the end of the file")
+            if unclosed.is_at_end(stream, size):
+                kept = self.counter - self.first
+                self.bag.notes += (f"{self.file}: was not closed: {kept} whole messages kept",)
             return
         try:
             at = yield from self._walk(stream, size)
@@ -287,13 +291,13 @@ class FileReader:
         elif opcode == OP_MESSAGE:
             self._message(body, at)
         elif opcode == OP_SCHEMA:
-            schema = _parsed("Schema", body, at)
+            schema = parsed("Schema", body, at)
             text = schema.data.decode("utf-8", "replace")
             self.schemas[schema.id] = (schema.name, text, schema.encoding)
         elif opcode == OP_CHANNEL:
-            self._channel(_parsed("Channel", body, at), at)
+            self._channel(parsed("Channel", body, at), at)
         elif opcode == OP_STATISTICS:
-            self._check_count(_parsed("Statistics", body, at).message_count)
+            self._check_count(parsed("Statistics", body, at).message_count)
         elif opcode == OP_FOOTER:
             self.finished = True
 
@@ -378,7 +382,7 @@ class FileReader:
         return position
 
 
-def _parsed(kind: str, body: memoryview, at: int) -> Any:
+def parsed(kind: str, body: memoryview, at: int) -> Any:
     from mcap import records
     from mcap.data_stream import ReadDataStream
     from mcap.exceptions import McapError

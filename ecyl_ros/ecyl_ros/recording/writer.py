@@ -12,6 +12,7 @@ import yaml
 
 from .. import __version__
 from ..errors import InputError
+from . import unclosed
 from .atomic import replacing
 from .messages import definition, type_hash
 from .signals import FOREIGN_SIGNALS, SIGNALS, Recording
@@ -59,7 +60,7 @@ class RecordingWriter:
         overwrite: replace what stands at `path`, provided that it is a recording.
         chunk_bytes: uncompressed size at which a chunk is closed, compressed (zstd) and handed to
             the operating system. A process that is killed loses at most the open chunk; the rest
-            can be read.
+            is a valid file without an index (see `unclosed`).
 
     Raises:
         InputError: the target exists and may not be replaced, or cannot be created.
@@ -98,6 +99,9 @@ class RecordingWriter:
         self._pending_bytes = 0
         self._finished = False
         self._channels = self._register()
+        with self._saying_why():
+            self._writer.flush()
+            unclosed.put(self._stream)
         self._counts = dict.fromkeys(self._channels, 0)
         self._first_ns: int | None = None
         self._last_ns = 0
@@ -148,6 +152,7 @@ class RecordingWriter:
         if self._pending_bytes >= self._chunk_bytes:
             with self._saying_why():
                 self._writer.flush()
+                unclosed.put(self._stream)
             self._pending_bytes = 0
 
     @property
