@@ -20,7 +20,8 @@ from scipy.io import savemat
 
 from ecyl_ros.drive.drive_file import config_folder, load_drive
 from ecyl_ros.errors import InputError
-from ecyl_ros.recording.bag import Bag, in_time_order, read_bag
+from ecyl_ros.recording.bag import read_bag
+from ecyl_ros.recording.bag_contents import Bag, in_time_order
 from ecyl_ros.recording.check import check_map
 from ecyl_ros.recording.csvfile import write_csv
 from ecyl_ros.recording.load import load_recording

@@ -67,7 +67,7 @@ def test_rosbags_own_sqlite3_writer_is_read(tmp_path: Path) -> None:
     from rosbags.rosbag2 import StoragePlugin
     from rosbags.rosbag2 import Writer as BagWriter
 
-    from ecyl_ros.recording.bag import in_time_order
+    from ecyl_ros.recording.bag_contents import in_time_order
 
     recording = made(50)
     write_recording(recording, tmp_path / "a.mcap")
@@ -89,7 +89,7 @@ def test_bags_compressed_by_rosbag2_are_read(tmp_path: Path, storage: str, mode:
     from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin
     from rosbags.rosbag2 import Writer as BagWriter
 
-    from ecyl_ros.recording.bag import in_time_order
+    from ecyl_ros.recording.bag_contents import in_time_order
 
     recording = made(50)
     write_recording(recording, tmp_path / "a.mcap")

@@ -10,7 +10,8 @@ from recording_samples import assert_same, made
 
 from ecyl_ros.errors import InputError
 from ecyl_ros.recording import SIGNALS, TOPICS, renamed
-from ecyl_ros.recording.bag import in_time_order, read_bag
+from ecyl_ros.recording.bag import read_bag
+from ecyl_ros.recording.bag_contents import in_time_order
 from ecyl_ros.recording.reader import read_recording
 from ecyl_ros.recording.writer import RecordingWriter, write_recording
 

@@ -3,7 +3,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from recording_samples import made
 
-from ecyl_ros.recording.bag import in_time_order, read_bag
+from ecyl_ros.recording.bag import read_bag
+from ecyl_ros.recording.bag_contents import in_time_order
 from ecyl_ros.recording.sequencer import SampleSequencer
 from ecyl_ros.recording.writer import RecordingWriter, write_recording
 

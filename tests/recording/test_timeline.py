@@ -58,7 +58,7 @@ def test_a_loop_goes_on_after_one_mean_interval(bag):
 
 def test_no_error_adds_up_over_a_million_messages():
     """At a rate without a finite binary fraction the last message of 1e6 is due to the ns."""
-    from ecyl_ros.recording.bag import Bag, TopicMessages
+    from ecyl_ros.recording.bag_contents import Bag, TopicMessages
 
     count = 1_000_000
     topic = TopicMessages("/a", "x/msg/Y", "cdr")

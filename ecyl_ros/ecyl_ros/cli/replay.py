@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from ..recording.bag import Bag
+    from ..recording.bag_contents import Bag
 
 CLOCK_HZ = 40.0  # of `--clock` without a number, as in `ros2 bag play`
 WAIT_S = 10.0

@@ -14,7 +14,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rosgraph_msgs.msg import Clock
 
 from ..errors import InputError
-from ..recording.bag import Bag, TopicMessages
+from ..recording.bag_contents import Bag, TopicMessages
 from ..recording.timeline import NANOSECONDS, Event, Timeline
 
 CLOCK = "/clock"

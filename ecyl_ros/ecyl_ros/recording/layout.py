@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .bag import TopicMessages
+from .bag_contents import TopicMessages
 from .cdr import NANOSECONDS, CdrError, CdrWalker
 
 # Of a primitive: numpy's letters, size in bytes (OMG CDR 1; ROS interfaces, `char` is a uint8).

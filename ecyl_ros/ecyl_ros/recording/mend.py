@@ -7,17 +7,9 @@ from typing import Any
 
 from ..errors import InputError
 from .atomic import replacing
-from .bag import (
-    MESSAGE,
-    OP_CHANNEL,
-    OP_SCHEMA,
-    SQLITE,
-    Bag,
-    CorruptError,
-    FileReader,
-    bag_files,
-    parsed,
-)
+from .bag_contents import Bag
+from .bag_files import SQLITE, bag_files
+from .mcap_file import MESSAGE, OP_CHANNEL, OP_SCHEMA, CorruptError, FileReader, parsed
 from .packed import kind, plain_file
 from .writer import CHUNK_BYTES, PROFILE
 

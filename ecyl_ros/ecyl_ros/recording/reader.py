@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 
 from ..errors import InputError
-from .bag import Bag, read_bag
+from .bag import read_bag
+from .bag_contents import Bag
 from .cdr import CdrError, decode
 from .signals import FloatArray, Recording, StampArray
 from .topics import JOINT_STATES, TOPICS, TopicSpec

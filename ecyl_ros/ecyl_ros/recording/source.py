@@ -8,12 +8,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ..errors import InputError
-from .bag import MAGIC
 from .cdr import CdrError
 from .columns import Columns, TopicDecoder, everything
 from .csvtable import CsvTable
 from .layout import MessageLayout, Run
 from .mattable import MatTable
+from .mcap_file import MAGIC
 from .packed import kind
 from .stream import BagStream
 

@@ -9,7 +9,7 @@ from types import TracebackType
 from typing import Any
 
 from ..errors import InputError
-from .bag import Bag, TopicMessages
+from .bag_contents import Bag, TopicMessages
 from .packed import plain_message
 
 ROWS = 65_536  # held at a time

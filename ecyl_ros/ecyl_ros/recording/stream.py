@@ -11,7 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InputError
-from .bag import (
+from .bag_contents import Bag, TopicMessages
+from .bag_files import SQLITE, bag_files, called
+from .mcap_file import (
     CHUNK,
     FOOTER,
     MAGIC,
@@ -20,13 +22,8 @@ from .bag import (
     OP_FOOTER,
     OP_SCHEMA,
     RECORD,
-    SQLITE,
-    Bag,
     CorruptError,
     FileReader,
-    TopicMessages,
-    bag_files,
-    called,
 )
 from .packed import FRAME, kind, plain_file, plain_message
 from .signals import StampArray

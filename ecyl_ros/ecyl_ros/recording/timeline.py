@@ -6,7 +6,7 @@ from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 
 from ..errors import InputError
-from .bag import Bag, in_time_order
+from .bag_contents import Bag, in_time_order
 
 NANOSECONDS = 1_000_000_000
 
