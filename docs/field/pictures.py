@@ -18,7 +18,7 @@ from ecyl_ros.drive.rigid.machine_file import load_machine
 from ecyl_ros.gap.diagnose import diagnose
 from ecyl_ros.gap.diagnosis import Diagnosis
 from ecyl_ros.recording.load import load_recording
-from ecyl_ros.recording.map import load_map
+from ecyl_ros.recording.map_file import load_map
 
 HERE = Path(__file__).parent
 STARTED_S = 0.5  # the motor has come up to speed

@@ -24,6 +24,13 @@ def joint(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
     return mujoco_joint
 
 
+def _needs_sysid() -> None:
+    """Skip without the toolbox: plain `mujoco` has a folder of its name with nothing in it."""
+    sysid = pytest.importorskip("mujoco.sysid")
+    if not hasattr(sysid, "create_initial_state"):
+        pytest.skip("mujoco[sysid] is only in the benchmarks' venv")
+
+
 def _problem(joint: ModuleType, linear: bool, samples: int, **more: object) -> object:
     nothing = np.zeros(samples)
     fields = {
@@ -63,12 +70,12 @@ def test_a_drive_file_s_values_are_where_the_fit_begins(
     joint: ModuleType, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     """The start asks for the file's effort, M a + d v + F + k q + C, wherever the spring is."""
-    import sysid_peer
+    import sysid_posing
 
     from ecyl_ros.drive.rigid.machine_file import load_machine
     from ecyl_ros.recording.signals import Recording
 
-    monkeypatch.delitem(sys.modules, "sysid_peer")
+    monkeypatch.delitem(sys.modules, "sysid_posing")
     path = tmp_path / "drive.yaml"
     path.write_text(
         "/**:\n  ros__parameters:\n    drive: {kind: rigid, output: linear}\n"
@@ -83,8 +90,8 @@ def test_a_drive_file_s_values_are_where_the_fit_begins(
         rod_force_n=100.0 * np.cos(2.0 * t),
     )
     machine = load_machine(path)
-    posed = sysid_peer.pose(sysid_peer.Subject("one", recording, machine, None, None, False))
-    problem, known = sysid_peer.problem_of(posed)
+    posed = sysid_posing.pose(sysid_posing.Subject("one", recording, machine, None, None, False))
+    problem, known = sysid_posing.problem_of(posed)
     inertia, damping, level, stiffness, bias = problem["start"]
     assert known and (inertia, damping, level, stiffness) == (20.0, 30.0, 8.0, 50.0)
     for at in (0.0, 0.4):
@@ -100,7 +107,7 @@ def test_mujoco_moves_and_inverts_the_joint_as_its_equation_says(
     joint: ModuleType, linear: bool
 ) -> None:
     """M dv/dt = effort + bias - d v - F - k (q - ref): by mj_inverse, and over a slide to rest."""
-    pytest.importorskip("mujoco")
+    _needs_sysid()
     speed, place, rate = np.array([0.3, -0.2]), np.array([0.2, 0.5]), np.array([1.5, -4.0])
     posed = _problem(joint, linear, 2, smooth_position=place, velocity=speed, acceleration=rate)
     wanted = 20.0 * rate + 30.0 * speed + 8.0 * np.sign(speed) + 50.0 * (place - 0.1) + 12.0
@@ -119,7 +126,7 @@ def test_mujoco_moves_and_inverts_the_joint_as_its_equation_says(
 
 def test_mujoco_sysid_finds_the_joint_that_made_the_recording(joint: ModuleType) -> None:
     """Fitted to a motion of MuJoCo's own, from values off by a third, it comes back to them."""
-    pytest.importorskip("mujoco.sysid", reason="mujoco[sysid] is only in the benchmarks' venv")
+    _needs_sysid()
     samples = 1000
     t = np.arange(samples) / 500.0
     windows = np.array([[0, 400], [400, 1000]])

@@ -14,7 +14,7 @@ from ecyl_ros.drive.drive_file import load_drive
 from ecyl_ros.drive.rigid.machine import Machine
 from ecyl_ros.drive.rigid.machine_file import key_table, load_machine
 from ecyl_ros.gap.diagnose import diagnose
-from ecyl_ros.recording.map import load_map
+from ecyl_ros.recording.map_file import load_map
 from ecyl_ros.recording.reader import read_recording
 from ecyl_ros.recording.signals import Recording
 

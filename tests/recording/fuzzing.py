@@ -25,7 +25,8 @@ from ecyl_ros.recording.bag_contents import Bag, in_time_order
 from ecyl_ros.recording.check import check_map
 from ecyl_ros.recording.csvfile import write_csv
 from ecyl_ros.recording.load import load_recording
-from ecyl_ros.recording.map import SignalMap, load_map, parse_map
+from ecyl_ros.recording.map import SignalMap
+from ecyl_ros.recording.map_file import load_map, parse_map
 from ecyl_ros.recording.mapped import read_mapped
 from ecyl_ros.recording.messages import definition, typestore
 from ecyl_ros.recording.propose import propose

@@ -12,7 +12,7 @@ from scipy.io import loadmat, savemat
 from ecyl_ros.cli.main import main
 from ecyl_ros.recording.flaws import CUT_END, FROZEN, REPEATED, SATURATED, find_flaws
 from ecyl_ros.recording.load import load_recording
-from ecyl_ros.recording.map import parse_map
+from ecyl_ros.recording.map_file import parse_map
 from ecyl_ros.recording.mapped import read_mapped
 from ecyl_ros.recording.signals import Recording
 from ecyl_ros.recording.survey import survey
@@ -277,7 +277,7 @@ def test_pieces_join_to_the_whole(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     write(tmp_path / "a.csv", columns)
     (whole,) = survey(tmp_path / "a.csv").topics
     monkeypatch.setattr("ecyl_ros.recording.health.PIECE_BYTES", 8 * 6 * 1000)
-    monkeypatch.setattr("ecyl_ros.recording.csvtable.BLOCK_BYTES", 20_000)
+    monkeypatch.setattr("ecyl_ros.recording.csvtext.BLOCK_BYTES", 20_000)
     (pieces,) = survey(tmp_path / "a.csv").topics
     expected = [(one.kind, one.fields, one.begin, one.end) for one in whole.flaws]
     assert expected == [

@@ -14,7 +14,7 @@ from recording_samples import assert_same, made
 from ecyl_ros.errors import InputError
 from ecyl_ros.recording.bag import read_bag
 from ecyl_ros.recording.load import load_recording
-from ecyl_ros.recording.map import parse_map
+from ecyl_ros.recording.map_file import parse_map
 from ecyl_ros.recording.mapped import contract_map, read_mapped
 from ecyl_ros.recording.messages import definition, typestore
 from ecyl_ros.recording.reader import read_recording

@@ -15,7 +15,8 @@ from recording_samples import assert_same, made
 from ecyl_ros.cli.main import main
 from ecyl_ros.recording import Recording
 from ecyl_ros.recording.load import load_recording, load_stretch
-from ecyl_ros.recording.map import SignalMap, load_map
+from ecyl_ros.recording.map import SignalMap
+from ecyl_ros.recording.map_file import load_map
 from ecyl_ros.recording.mapped import contract_map, read_mapped
 from ecyl_ros.recording.messages import definition, typestore
 from ecyl_ros.recording.propose import propose

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from ecyl_ros.errors import InputError
-from ecyl_ros.recording.map import map_yaml, parse_map
+from ecyl_ros.recording.map import map_yaml
+from ecyl_ros.recording.map_file import parse_map
 from ecyl_ros.recording.mapped import read_mapped
 from ecyl_ros.recording.propose import propose
 from ecyl_ros.recording.signals import Recording

@@ -10,7 +10,8 @@ import pytest
 
 from ecyl_ros.errors import InputError
 from ecyl_ros.recording import SIGNALS
-from ecyl_ros.recording.map import MAPPED, load_map, map_yaml, parse_map
+from ecyl_ros.recording.map import MAPPED, map_yaml
+from ecyl_ros.recording.map_file import load_map, parse_map
 from ecyl_ros.recording.signals import FOREIGN_SIGNALS
 from ecyl_ros.recording.units import UNITS, dimension_of, in_si
 

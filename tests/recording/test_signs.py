@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from ecyl_ros.cli.main import main
-from ecyl_ros.recording.map import parse_map
+from ecyl_ros.recording.map_file import parse_map
 from ecyl_ros.recording.mapped import read_mapped
 from ecyl_ros.recording.signals import Recording
 from ecyl_ros.recording.signs import wrong_signs

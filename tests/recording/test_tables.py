@@ -14,7 +14,7 @@ from ecyl_ros.errors import InputError
 from ecyl_ros.recording.csvfile import write_csv
 from ecyl_ros.recording.csvtable import CsvTable
 from ecyl_ros.recording.load import load_recording
-from ecyl_ros.recording.map import parse_map
+from ecyl_ros.recording.map_file import parse_map
 from ecyl_ros.recording.mapped import contract_map, read_mapped
 from ecyl_ros.recording.matcheck import MatError, check_mat
 from ecyl_ros.recording.mattable import MatTable
@@ -72,7 +72,7 @@ def test_blocks_join_to_the_whole(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     recording = made(300)
     write_csv(recording, tmp_path / "a.csv")
     whole = [one for part in CsvTable(tmp_path / "a.csv").columns() for one in part.values.items()]
-    monkeypatch.setattr("ecyl_ros.recording.csvtable.BLOCK_BYTES", 1000)
+    monkeypatch.setattr("ecyl_ros.recording.csvtext.BLOCK_BYTES", 1000)
     parts = list(CsvTable(tmp_path / "a.csv").columns())
     assert len(parts) > 20
     for name, values in whole:

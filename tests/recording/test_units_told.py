@@ -12,7 +12,8 @@ from ecyl_ros.cli.main import main
 from ecyl_ros.errors import InputError
 from ecyl_ros.recording.csvfile import read_csv, write_csv
 from ecyl_ros.recording.load import load_recording
-from ecyl_ros.recording.map import load_map, map_yaml, parse_map
+from ecyl_ros.recording.map import map_yaml
+from ecyl_ros.recording.map_file import load_map, parse_map
 from ecyl_ros.recording.mapped import read_mapped
 from ecyl_ros.recording.propose import propose
 from ecyl_ros.recording.signals import Recording

@@ -11,7 +11,8 @@ import pytest
 
 from ecyl_ros.cli.main import main
 from ecyl_ros.errors import InputError
-from ecyl_ros.recording.map import load_map, map_yaml, parse_map
+from ecyl_ros.recording.map import map_yaml
+from ecyl_ros.recording.map_file import load_map, parse_map
 from ecyl_ros.recording.mapped import read_mapped
 from ecyl_ros.recording.propose import propose
 from ecyl_ros.recording.survey import survey

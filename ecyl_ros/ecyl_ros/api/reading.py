@@ -9,7 +9,8 @@ from pathlib import Path
 from ..errors import InputError
 from ..recording.csvfile import write_csv
 from ..recording.load import load_recording
-from ..recording.map import SignalMap, load_map
+from ..recording.map import SignalMap
+from ..recording.map_file import load_map
 from ..recording.propose import Proposal, propose
 from ..recording.signals import Recording
 from ..recording.span import Span

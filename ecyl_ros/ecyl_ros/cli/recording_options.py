@@ -59,6 +59,6 @@ def read_span(options: argparse.Namespace) -> Span | None:
 
 def read_map(options: argparse.Namespace) -> SignalMap | None:
     """The map that `--map` names; None without one."""
-    from ..recording.map import load_map
+    from ..recording.map_file import load_map
 
     return None if options.map is None else load_map(options.map)

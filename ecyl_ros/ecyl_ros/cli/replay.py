@@ -122,7 +122,7 @@ def _mapped(path: Path, map_file: Path) -> Bag:
     import tempfile
 
     from ..recording.bag import read_bag
-    from ..recording.map import load_map
+    from ..recording.map_file import load_map
     from ..recording.mapped import read_mapped
     from ..recording.writer import write_recording
 

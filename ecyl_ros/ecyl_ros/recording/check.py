@@ -15,7 +15,8 @@ from ..errors import InputError
 from .cdr import CdrError
 from .layout import MessageLayout, MessageType
 from .load import load_recording, load_stretch
-from .map import MappedSignal, SignalMap, parse_map, read_tree
+from .map import MappedSignal, SignalMap
+from .map_file import parse_map, read_tree
 from .mapped import header_unit, place_of, with_header_units
 from .signals import FOREIGN_SIGNALS, SIGNALS, Recording
 from .signs import WRONG, wrong_signs

@@ -7,23 +7,17 @@ import io
 import re
 from collections.abc import Collection, Iterator
 from pathlib import Path
-from typing import Any, BinaryIO
-
-import numpy as np
+from typing import Any
 
 from ..errors import InputError
 from .columns import Columns
-from .instants import DATE, date_ns
+from .csvnumbers import numbers
+from .csvtext import LONGEST_LINE, blocks, find_delimiter, last_decimals, outside_quotes
+from .instants import DATE
 from .signals import FloatArray
 from .units import dimension_of
 
-BLOCK_BYTES = 8 * 2**20
-_LONGEST_LINE = 2**20
 _MOST_COLUMNS = 4096
-_EXACT = 2**53  # whole numbers up to here are float64s
-_LISTED = 64  # entries of a cell that holds a list
-_DELIMITERS = ",;\t|"
-_STEADY = ";\t|,"  # a comma may be the decimal sign between the others
 _ALIKE = 20  # last lines that are compared
 _COMMA_NUMBER = re.compile(r"[+-]?\d*,\d+([eE][+-]?\d+)?$")
 _POINT_NUMBER = re.compile(r"[+-]?\d*\.\d+([eE][+-]?\d+)?$")
@@ -64,7 +58,7 @@ class CsvTable:
         self.dated: set[str] = set()
         try:
             with self.path.open("rb") as file:
-                head = file.read(4 * _LONGEST_LINE)
+                head = file.read(4 * LONGEST_LINE)
         except OSError as error:
             raise InputError(f"{path}: cannot be read: {error.strerror}") from None
         if not head.strip():
@@ -89,9 +83,9 @@ class CsvTable:
         while at < len(head) and len(lines) < _LOOKED_AT:
             end = head.find(b"\n", at)
             end = len(head) if end < 0 else end + 1
-            if end - at > _LONGEST_LINE:
+            if end - at > LONGEST_LINE:
                 raise InputError(
-                    f"{self.path}: line {line_number + 1} has more than {_LONGEST_LINE} bytes: "
+                    f"{self.path}: line {line_number + 1} has more than {LONGEST_LINE} bytes: "
                     "no CSV text"
                 )
             text = head[at:end].decode(self._encoding, "replace").strip("\r\n ")
@@ -104,7 +98,7 @@ class CsvTable:
         if not lines:
             raise InputError(f"{self.path}: holds nothing but comments, expected rows of numbers")
         texts = [text for _, _, text in lines]
-        self.delimiter = _delimiter(texts)
+        self.delimiter = find_delimiter(texts)
         row = self._cells(texts[0])
         numbered = [cell for text in texts for cell in self._cells(text)]
         self._decimal = "."
@@ -209,7 +203,7 @@ class CsvTable:
         line = self._first_line
         with self.path.open("rb") as file:
             file.seek(self._start)
-            for block, last in _blocks(file, self.path):
+            for block, last in blocks(file, self.path):
                 yield self._block(block, places, wanted is not None, line, last)
                 line += block.count(b"\n")
 
@@ -261,7 +255,11 @@ class CsvTable:
             reason = " ".join(str(error).split())[:120]
             raise InputError(f"{self.path}: from line {line}: is no CSV text: {reason}") from None
         for place, asked in places.items():
-            self._column(table[place], self.names[place], asked, strict, line, values)
+            name = self.names[place]
+            found = numbers(table[place], name, asked, strict, line, self.path)
+            values |= found.values
+            if found.dated:
+                self.dated.add(name)
         return Columns(self.topic, "CSV", None, None, values)
 
     def _whole_rows(self, block: bytes, line: int, last: bool) -> bytes:
@@ -290,7 +288,7 @@ class CsvTable:
                 kept.append(b"\n")  # lines keep their numbers
                 continue
             blanks = self.delimiter == " "
-            outside = _outside_quotes(text)
+            outside = outside_quotes(text)
             cells = len(text.split()) if blanks else outside.count(self.delimiter) + 1
             if cells == expected + 1 and outside.rstrip(" ").endswith(self.delimiter):
                 end = row.rstrip(b"\r\n ")
@@ -317,144 +315,10 @@ class CsvTable:
         if block.endswith((b"\n", b"\r")) or len(rows) < _ALIKE:
             return block
         ends = [
-            _last_decimals(row.decode(self._encoding, "replace"), self.delimiter, self._decimal)
+            last_decimals(row.decode(self._encoding, "replace"), self.delimiter, self._decimal)
             for row in rows
         ]
         if len(set(ends[:-1])) > 1 or ends[0] < 1 or ends[-1] >= ends[0]:
             return block
         self.notes += (f"{self.path}: the last line breaks off within a number and is left out",)
         return block[: -len(rows[-1])]
-
-    def _column(
-        self,
-        column: Any,
-        name: str,
-        asked: list[str],
-        strict: bool,
-        line: int,
-        values: dict[str, FloatArray],
-    ) -> None:
-        import pandas
-
-        if column.dtype.kind in "fiub":
-            if strict and asked != [name]:
-                raise InputError(f"{self.path}: column {name} holds numbers, no lists: {asked[0]}")
-            whole = column.to_numpy()
-            # Stamps in ns since 1970 have more digits than a float64.
-            exact = whole.dtype.kind == "i" and whole.size and int(np.abs(whole).max()) > _EXACT
-            values[name] = whole if exact else whole.astype(np.float64)
-            return
-        text = column.astype("string").str.strip()
-        listed = text.str.startswith("[", na=False)
-        if bool(listed.any()):
-            self._lists(text, listed, name, asked, strict, line, values)
-            return
-        if self._dates(text, name, values):
-            return
-        numbers = pandas.to_numeric(text, errors="coerce")
-        bad = numbers.isna() & text.notna()
-        if bool(bad.any()):
-            if strict:
-                row = int(bad.to_numpy().argmax())
-                cell = str(text.iloc[row])[:40]
-                raise InputError(
-                    f"{self.path}: line {line + row}: {name} is {cell!r}, expected a number"
-                )
-            return
-        values[name] = numbers.to_numpy(dtype=np.float64, na_value=np.nan)
-
-    def _dates(self, text: Any, name: str, values: dict[str, FloatArray]) -> bool:
-        """Take a column of dates as int64 ns since 1970; False where it is none."""
-        given = text.dropna()
-        if not len(given) or not DATE.match(str(given.iloc[0])):
-            return False
-        found = date_ns(text)
-        if found is None:
-            return False
-        self.dated.add(name)
-        values[name] = found
-        return True
-
-    def _lists(
-        self,
-        text: Any,
-        listed: Any,
-        name: str,
-        asked: list[str],
-        strict: bool,
-        line: int,
-        values: dict[str, FloatArray],
-    ) -> None:
-        import pandas
-
-        wanted = [one for one in asked if one != name] if strict else None
-        if strict and not wanted:
-            raise InputError(f"{self.path}: column {name} holds lists, expected {name}[0] or so")
-        inside = text.where(listed).fillna("").str.strip("[] ")
-        sign = "," if inside.str.contains(",").any() else r"\s+"
-        parts = inside.str.split(sign, expand=True, regex=sign != ",")
-        for i in range(min(parts.shape[1], _LISTED)):
-            path = f"{name}[{i}]"
-            if wanted is not None and path not in wanted:
-                continue
-            cells = parts[i].str.strip()
-            numbers = pandas.to_numeric(cells, errors="coerce")
-            bad = numbers.isna() & cells.notna() & (cells != "")
-            if bool(bad.any()):
-                if not strict:
-                    continue
-                row = int(bad.to_numpy().argmax())
-                raise InputError(
-                    f"{self.path}: line {line + row}: {path} is {str(cells.iloc[row])[:40]!r}, "
-                    "expected a number"
-                )
-            values[path] = numbers.to_numpy(dtype=np.float64, na_value=np.nan)
-        missing = [path for path in wanted or () if path not in values]
-        if missing:
-            raise InputError(
-                f"{self.path}: from line {line}: no {missing[0]}: the lists hold "
-                f"{parts.shape[1]} numbers"
-            )
-
-
-def _delimiter(lines: list[str]) -> str:
-    """The sign that all lines hold equally many of, else the one that the first holds most of."""
-    bare = [_outside_quotes(line) for line in lines]
-    whole = bare[:-1] or bare  # the last may be cut off
-    for sign in _STEADY:
-        counts = {line.rstrip(sign + " ").count(sign) for line in whole}
-        if len(counts) == 1 and counts != {0}:
-            return sign
-    counts_in = {sign: bare[0].count(sign) for sign in _DELIMITERS}
-    most = max(counts_in, key=lambda sign: counts_in[sign])
-    if counts_in[most]:
-        return most
-    return " " if len(lines[0].split()) > 1 else ","
-
-
-def _last_decimals(line: str, delimiter: str, decimal: str) -> int:
-    """Decimals of the last number of a line; -1 where it has no point."""
-    cell = (line.split() if delimiter == " " else line.split(delimiter))[-1:] or [""]
-    whole, point, decimals = cell[0].strip().partition(decimal)
-    return len(decimals) if point and (whole + decimals).strip("+-").isdigit() else -1
-
-
-def _outside_quotes(line: str) -> str:
-    return re.sub(r'"[^"]*"', "", line) if '"' in line else line
-
-
-def _blocks(file: BinaryIO, path: Path) -> Iterator[tuple[bytes, bool]]:
-    """Whole lines of about `BLOCK_BYTES`, and whether they are the last."""
-    rest = b""
-    coming = file.read(BLOCK_BYTES)
-    while coming:
-        block, coming = rest + coming, file.read(BLOCK_BYTES)
-        end = block.rfind(b"\n") + 1
-        if len(block) - end > _LONGEST_LINE:
-            raise InputError(f"{path}: a line has more than {_LONGEST_LINE} bytes: no CSV text")
-        if not coming:
-            yield block, True
-            return
-        rest = block[end:]
-        if end:
-            yield block[:end], False

@@ -1,13 +1,14 @@
-"""Recordings to and from pandas."""
+"""Signals by name to and from pandas frames; `Recording` does the rest."""
 
 from __future__ import annotations
 
+from collections.abc import Collection, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..errors import InputError
-from .signals import FOREIGN_SIGNALS, SIGNALS, Recording, StampArray
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -15,41 +16,41 @@ if TYPE_CHECKING:
 STAMP, TIME = "stamp_ns", "time_s"
 
 
-def to_frame(recording: Recording) -> DataFrame:
-    """The measured signals as columns, the index time in s since the first stamp.
-
-    The column `stamp_ns` keeps the stamps whole; `attrs` hold `resolution` and `notes`.
-    """
+def to_frame(
+    stamp_ns: NDArray[np.int64],
+    time_s: NDArray[np.float64],
+    signals: Mapping[str, NDArray[np.float64]],
+    resolution: Mapping[str, float],
+    notes: Sequence[str],
+) -> DataFrame:
+    """Stamps and signals as columns, the index time in s; `attrs` hold `resolution` and `notes`."""
     import pandas as pd
 
-    names = [name for name in (*SIGNALS, *FOREIGN_SIGNALS) if recording.has(name)]
-    columns: dict[str, Any] = {STAMP: recording.stamp_ns.copy()}
-    columns |= {name: recording.signal(name).copy() for name in names}
-    frame = pd.DataFrame(columns, index=pd.Index(recording.time_s, name=TIME))
-    frame.attrs = {"resolution": dict(recording.resolution), "notes": list(recording.notes)}
+    columns: dict[str, Any] = {STAMP: stamp_ns.copy()}
+    columns |= {name: values.copy() for name, values in signals.items()}
+    frame = pd.DataFrame(columns, index=pd.Index(time_s, name=TIME))
+    frame.attrs = {"resolution": dict(resolution), "notes": list(notes)}
     return frame
 
 
-def from_frame(frame: DataFrame) -> Recording:
-    """The recording that a frame holds.
+def from_frame(frame: DataFrame, known: Collection[str]) -> dict[str, Any]:
+    """What `Recording` takes, by name: `stamp_ns`, signals, `resolution` and `notes`.
 
     Args:
-        frame: columns by the names in `SIGNALS`, SI units; others are left aside. The instants
-            are the column `stamp_ns`, or the column `time_s`, or the index: dates, time spans,
-            or seconds.
+        frame: columns by the names `known`, SI units; others are left aside. The instants are the
+            column `stamp_ns`, or the column `time_s`, or the index: dates, time spans, or seconds.
 
     Raises:
         InputError: no column with a signal's name, one that holds no numbers, or instants that
             are missing or do not increase.
     """
-    known = {*SIGNALS, *FOREIGN_SIGNALS}
     names = [str(name) for name in frame.columns if name in known]
     if not names:
         raise InputError("frame: no column with a signal's name, such as rod_position_m")
-    signals: dict[str, Any] = {}
+    found: dict[str, Any] = {}
     for name in names:
         try:
-            signals[name] = frame[name].to_numpy(dtype=np.float64, na_value=np.nan)
+            found[name] = frame[name].to_numpy(dtype=np.float64, na_value=np.nan)
         except (TypeError, ValueError):
             raise InputError(f"frame: column {name} holds no numbers") from None
     stamps = _stamps(frame)
@@ -59,10 +60,10 @@ def from_frame(frame: DataFrame) -> Recording:
         "resolution": frame.attrs.get("resolution", {}),
         "notes": tuple(frame.attrs.get("notes", ())),
     }
-    return Recording(stamp_ns=stamps, **signals, **about)
+    return {STAMP: stamps, **found, **about}
 
 
-def _stamps(frame: DataFrame) -> StampArray:
+def _stamps(frame: DataFrame) -> NDArray[np.int64]:
     import pandas as pd
 
     if STAMP in frame.columns:

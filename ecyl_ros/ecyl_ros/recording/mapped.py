@@ -16,7 +16,8 @@ from .align import Stream, aligned
 from .columns import Columns
 from .flaws import FROZEN, find_flaws
 from .instants import instants, named_column
-from .map import MAPPED, MappedSignal, SignalMap, TimeColumn, check_targets
+from .map import MAPPED, MappedSignal, SignalMap, TimeColumn
+from .map_file import check_targets
 from .screening import HELD, SPEEDS, flaw_notes, left_out, with_sign_notes
 from .signals import FloatArray, Recording, StampArray
 from .source import Source, TableSource, Wanted, open_source

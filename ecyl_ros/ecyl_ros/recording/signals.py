@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .frame import from_frame, to_frame
+
 if TYPE_CHECKING:
     from pandas import DataFrame
 
@@ -170,21 +172,24 @@ class Recording:
 
         The column `stamp_ns` keeps the stamps whole; `attrs` hold `resolution` and `notes`.
         """
-        from .frame import to_frame
-
-        return to_frame(self)
+        names = (name for name in (*SIGNALS, *FOREIGN_SIGNALS) if self.has(name))
+        signals = {name: self.signal(name) for name in names}
+        return to_frame(self.stamp_ns, self.time_s, signals, self.resolution, self.notes)
 
     @classmethod
     def from_pandas(cls, frame: DataFrame) -> Recording:
-        """The recording that a frame holds; `frame.from_frame` says how it must look.
+        """The recording that a frame holds.
+
+        Args:
+            frame: columns by the names of the signals, SI units; others are left aside. The
+                instants are the column `stamp_ns`, or the column `time_s`, or the index: dates,
+                time spans, or seconds.
 
         Raises:
             InputError: no column with a signal's name, one that holds no numbers, or instants that
                 are missing or do not increase.
         """
-        from .frame import from_frame
-
-        return from_frame(frame)
+        return cls(**from_frame(frame, {*SIGNALS, *FOREIGN_SIGNALS}))
 
     def __repr__(self) -> str:
         names = ", ".join(name for name in (*SIGNALS, *FOREIGN_SIGNALS) if self.has(name))

@@ -1,0 +1,123 @@
+"""Which column of a table holds its instants, in which unit, and what is wrong with it."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import InputError
+from .headers import bare, ending, told
+from .instants import TIME_COLUMNS, Instants, epoch_unit, instants, named_column
+from .map import ISO, SignalMap, TimeColumn
+from .names import words
+from .source import TableSource, Wanted
+from .units import UNITS, in_si, plain
+from .wrap import find_clock_wrap
+
+_TIME_WORDS = {"time", "timestamp", "stamp", "stamps", "clock", "t", "date", "datetime", "utc"}
+_SHORTEST_S, _LONGEST_S = 5e-6, 0.5  # steps that drives are recorded at
+
+
+@dataclass(frozen=True)
+class TableClock:
+    """A table's column of instants, what it holds, and what was guessed or is wrong with it."""
+
+    column: TimeColumn | None = None
+    instants: Instants | None = None
+    remarks: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
+
+
+def table_clock(source: TableSource, topic: str, signal_map: SignalMap | None) -> TableClock:
+    """A table's column of instants: the map's, or by its name, its unit by its size or steps."""
+    table = source.tables[topic]
+    if signal_map is not None and signal_map.rate_hz is not None:
+        return TableClock()
+    first = next(iter(table.columns()), None)
+    values = {} if first is None else first.values
+    try:
+        given = None if signal_map is None else signal_map.time
+        column = (
+            given
+            or named_column(table.names, table.units, str(source.path))
+            or _like_one(table.names, values, table.units, table.dated)
+        )
+        if column is None:
+            return TableClock()
+        wanted = {topic: [Wanted("time", column.field)]}
+        raw = np.concatenate([part.values["time"] for part in source.columns(wanted)])
+        dated = column.field in table.dated
+        remarks = []
+        if dated and not column.unit:
+            column = dataclasses.replace(column, unit=ISO)
+            remarks.append(f"time: {column.field} holds dates")
+        elif not column.unit:
+            unit = epoch_unit(raw)
+            guess = unit or _unit_by_steps(raw)
+            # What is merely called time is in s, unless its size says that it is not.
+            if not unit and bare(column.field).strip().lower() in TIME_COLUMNS:
+                guess = "s"
+            column = dataclasses.replace(column, unit=guess or "s")
+            if unit:
+                remarks.append(
+                    f"time: {unit} since 1970 is guessed from the size of {column.field}"
+                )
+            elif guess != "s" or bare(column.field).strip().lower() not in TIME_COLUMNS:
+                remarks.append(f"time: {column.unit} is guessed from the steps of {column.field}")
+        if column.wrap is None and not dated:
+            found = find_clock_wrap(raw.astype(np.float64))
+            if found is not None:
+                column = dataclasses.replace(column, wrap=found.wrap)
+                remarks.append(
+                    f"time: {column.field} falls back {found.times} times by {found.wrap.text}, as "
+                    "a clock that starts again does, hence wrap"
+                )
+        found_instants = instants(raw, column, dated=dated, path=str(source.path))
+        name = f"{topic}: " if topic else ""
+        cut = [f"{name}{note}" for note in found_instants.notes if "cut off" in note]
+        return TableClock(column, found_instants, tuple(remarks), tuple(cut))
+    except InputError as error:
+        return TableClock(notes=(str(error),))
+
+
+def _like_one(
+    names: Sequence[str],
+    values: Mapping[str, NDArray[Any]],
+    units: Mapping[str, str],
+    dated: Collection[str],
+) -> TimeColumn | None:
+    """The column that holds instants though no usual name says so."""
+    for name in names:
+        if name in dated:
+            return TimeColumn(name)
+    for name, own in values.items():
+        own_words = words(bare(name)) | {bare(name).strip().lower()}
+        own = own[: int(np.flatnonzero(own != 0)[-1]) + 1] if (own != 0).any() else own
+        steps = np.diff(own)  # but for rows at the end that were never filled
+        if not own_words & _TIME_WORDS or steps.size < 2 or not (steps >= 0.0).mean() > 0.9:
+            continue
+        if not (steps >= 0.0).mean() > 0.99 and find_clock_wrap(own.astype(np.float64)) is None:
+            continue
+        unit = plain(told(name, units.get(name, "")))
+        if unit in UNITS["time"]:
+            return TimeColumn(name, unit)
+        ended = ending(name, ("time",))
+        if ended or epoch_unit(own) or _unit_by_steps(own):
+            return TimeColumn(name, ended)
+    return None
+
+
+def _unit_by_steps(values: NDArray[Any]) -> str:
+    """The unit by which a drive's steps of time are sensible; empty where none is."""
+    steps = np.diff(values).astype(np.float64)
+    ahead = steps[steps > 0.0]
+    if not ahead.size:
+        return ""
+    step = float(np.median(ahead))
+    units = ("s", "ms", "us", "ns")
+    return next((unit for unit in units if _SHORTEST_S <= step * in_si(unit) <= _LONGEST_S), "")
