@@ -20,7 +20,7 @@ from rclpy_cyclone.dds.clib import (
     delete,
     guid,
 )
-from rclpy_cyclone.types import classes
+from rclpy_cyclone.types import cdr, classes
 
 _DISCOVERY = "rmw_dds_common/msg/ParticipantEntitiesInfo"
 _living: weakref.WeakSet[Participant] = weakref.WeakSet()
@@ -131,14 +131,14 @@ class Participant:
                 )
                 for node in self.nodes
             ]
-            write(self._info_writer, classes.serialise(info))
+            write(self._info_writer, cdr.serialise(info))
 
     def hear(self) -> dict[bytes, Any]:
         """Return what every other participant told of its nodes, by participant gid."""
         with self.lock:
             for data, info in take(self._info_reader):
                 if info.valid_data:
-                    told = classes.deserialise(data, self._info_type)
+                    told = cdr.deserialise(data, self._info_type)
                     self.others[bytes(told.gid.data)] = told
             return self.others
 

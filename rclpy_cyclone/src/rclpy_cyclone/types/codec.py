@@ -18,6 +18,7 @@ from typing import Any
 
 import numpy
 
+from rclpy_cyclone.types.classes import message_class
 from rclpy_cyclone.types.store import SIZES, TYPECODES, Field, fields
 
 HEADER = b"\x00\x01\x00\x00"
@@ -334,7 +335,6 @@ class _Deserialiser(_Writer):
             self.number(_CODES[field.base], SIZES[field.base], target)
 
     def message(self, typename: str, target: str) -> None:
-        from rclpy_cyclone.types.classes import message_class
 
         cls = message_class(typename)
         made = self.temp()

@@ -13,7 +13,7 @@ from rclpy._service_endpoint import ServiceEndpoint
 from rclpy.task import Future
 from rclpy_cyclone.dds.participant import write
 from rclpy_cyclone.dds.qos import Policies
-from rclpy_cyclone.types import classes
+from rclpy_cyclone.types import cdr
 
 _HEADER = struct.Struct("<Qq")
 
@@ -68,7 +68,7 @@ class Client(Ready):
         if future is None:  # given up meanwhile
             return
         future._set_executor(self._executor)
-        future.set_result(classes.deserialise(data, self.srv_type.Response))
+        future.set_result(cdr.deserialise(data, self.srv_type.Response))
 
     def call(self, request: Any, timeout_sec: float | None = None) -> Any:
         """Call the service and wait, while an executor spins in another thread.
@@ -97,7 +97,7 @@ class Client(Ready):
         if not isinstance(request, self.srv_type.Request):
             raise TypeError()
         self._end.alive()
-        data = classes.serialise(request)
+        data = cdr.serialise(request)
         future = Future()
         with self._lock:
             self._sequence += 1

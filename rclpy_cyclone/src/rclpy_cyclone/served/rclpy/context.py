@@ -11,7 +11,8 @@ from types import TracebackType
 from typing import Any
 
 from rclpy._rclpy_pybind11 import RCLError, UnknownROSArgsError
-from rclpy_cyclone import arguments
+from rclpy.impl.logging_severity import LoggingSeverity
+from rclpy_cyclone import arguments, console
 
 _contexts: weakref.WeakSet[Context] = weakref.WeakSet()  # those a signal shuts down
 
@@ -74,9 +75,9 @@ class Context:
             self._state = "valid"
             _contexts.add(self)
         if initialize_logging:
-            from rclpy.logging import _configure
-
-            _configure(self._arguments)
+            console.enabled = self._arguments.stdout
+            for name, level in self._arguments.log_levels.items():
+                console.set_level(name, LoggingSeverity[level.upper()])
 
     def ok(self) -> bool:
         """Say whether the context is initialised and not shut down."""

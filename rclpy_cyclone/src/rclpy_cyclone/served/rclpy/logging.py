@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import Any
 
 from rclpy.impl.logging_severity import LoggingSeverity
 from rclpy.impl.rcutils_logger import RcutilsLogger
@@ -70,10 +69,3 @@ def get_logging_directory() -> Path:
         return Path(given).expanduser()
     home = os.environ.get("ROS_HOME", "~/.ros")
     return Path(home).expanduser() / "log"
-
-
-def _configure(arguments: Any) -> None:
-    """Apply the command line's log settings."""
-    console.enabled = arguments.stdout
-    for name, level in arguments.log_levels.items():
-        console.set_level(name, LoggingSeverity[level.upper()])

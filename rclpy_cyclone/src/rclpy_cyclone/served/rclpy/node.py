@@ -27,6 +27,7 @@ from rclpy.publisher import Publisher
 from rclpy.qos import qos_profile_parameter_events
 from rclpy.service import Service
 from rclpy.subscription import Subscription
+from rclpy.time_source import TimeSource
 from rclpy.timer import Rate, Timer
 from rclpy.utilities import get_default_context
 from rclpy.validate_full_topic_name import validate_full_topic_name
@@ -153,7 +154,6 @@ class Node(NodeEntities, NodeParameters, NodeGraph):
     def _start(self, declare_all: bool, parameter_services: bool, logger_services: bool) -> None:
         from rclpy.logging_service import LoggingService
         from rclpy.parameter_service import ParameterService
-        from rclpy.time_source import TimeSource
         from rclpy.type_description_service import TypeDescriptionService
 
         if declare_all:

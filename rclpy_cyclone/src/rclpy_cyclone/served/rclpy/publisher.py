@@ -11,7 +11,7 @@ from rclpy.duration import Duration
 from rclpy_cyclone.dds import clib, intra
 from rclpy_cyclone.dds.participant import matched_readers, write
 from rclpy_cyclone.dds.qos import Policies
-from rclpy_cyclone.types import classes, copying
+from rclpy_cyclone.types import cdr, copying
 
 _UNASKED = 64  # messages written without asking again whether anybody listens
 _FOR_EVER = Duration(seconds=-1)
@@ -43,7 +43,7 @@ class Publisher(Ready):
         self._policies = policies
         self._full_topic = full_topic
         self._copy = copying.copier(msg_type._ros_name)
-        self._encode = classes.codec_of(msg_type)[0]
+        self._encode = cdr.codec_of(msg_type)[0]
         # Late joiners elsewhere and DDS's own clocks need every sample written.
         self._always = policies.transient_local or policies.timed()
         self._history: deque[Any] | None = None

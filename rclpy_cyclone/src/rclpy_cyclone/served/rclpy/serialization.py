@@ -6,13 +6,13 @@ from typing import Any
 
 from rclpy._rclpy_pybind11 import RMWError
 from rclpy.type_support import check_for_type_support
-from rclpy_cyclone.types import classes
+from rclpy_cyclone.types import cdr
 
 
 def serialize_message(message: Any) -> bytes:
     """Return the CDR representation of a message, with its four-byte header."""
     check_for_type_support(type(message))
-    return bytes(classes.serialise(message))
+    return bytes(cdr.serialise(message))
 
 
 def deserialize_message(serialized_message: bytes, message_type: Any) -> Any:
@@ -24,6 +24,6 @@ def deserialize_message(serialized_message: bytes, message_type: Any) -> Any:
     """
     check_for_type_support(message_type)
     try:
-        return classes.deserialise(bytes(serialized_message), message_type)
+        return cdr.deserialise(bytes(serialized_message), message_type)
     except ValueError as error:
         raise RMWError(f"failed to deserialize ROS message: {error}") from error

@@ -12,7 +12,7 @@ from rclpy._ready import Ready
 from rclpy._service_endpoint import ServiceEndpoint
 from rclpy_cyclone.dds.participant import write
 from rclpy_cyclone.dds.qos import Policies
-from rclpy_cyclone.types import classes
+from rclpy_cyclone.types import cdr
 
 _HEADER = struct.Struct("<Qq")
 
@@ -63,7 +63,7 @@ class Service(Ready):
         if not self._requests:
             return None
         request_id, data = self._requests.popleft()
-        request = classes.deserialise(data, self.srv_type.Request)
+        request = cdr.deserialise(data, self.srv_type.Request)
         if inspect.iscoroutinefunction(self.callback):
             return self._serve_later, (request_id, request)
         return self._serve, (request_id, request)
@@ -87,7 +87,7 @@ class Service(Ready):
         if not isinstance(header, RequestId):
             raise TypeError()
         self._end.alive()
-        data = classes.serialise(response)
+        data = cdr.serialise(response)
         self._end.wait_for_client(header.sender)
         head = _HEADER.pack(header.writer_guid, header.sequence_number)
         write(self._end.writer, bytes(data[:4]) + head + bytes(data[4:]))

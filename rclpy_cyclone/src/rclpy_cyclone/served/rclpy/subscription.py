@@ -13,7 +13,7 @@ from rclpy._ready import Ready
 from rclpy_cyclone.dds import clib, intra
 from rclpy_cyclone.dds.participant import take
 from rclpy_cyclone.dds.qos import Policies
-from rclpy_cyclone.types import classes
+from rclpy_cyclone.types import cdr
 
 _Wire = tuple  # entries of the queue with information: (content, source stamp, receipt stamp)
 
@@ -56,7 +56,7 @@ class Subscription(Ready):
         self._full_topic = full_topic
         limit = None if policies.keep_all else max(policies.depth, 1)
         self._queue: deque[Any] = deque(maxlen=limit)
-        self._decode = classes.decoder(msg_type)
+        self._decode = cdr.decoder(msg_type)
         # Deadlines and the like are kept by DDS, which then has to see every sample.
         self._intra = not policies.timed()
         prefix = "" if qos_profile.avoid_ros_namespace_conventions else "rt"
