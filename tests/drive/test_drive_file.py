@@ -31,7 +31,7 @@ def _flat() -> dict:
 
 def test_profiles_hold_table_2_and_the_rates() -> None:
     """Profiles paper and si are Table 2 and differ in the stiffness unit alone, by 60 x 180/pi."""
-    assert profiles() == ["bench", "paper", "servo_1khz", "si"]
+    assert profiles() == ["bench", "paper", "servo_1khz", "si", "worn_1khz"]
     paper, si = load_drive("paper"), load_drive("si")
     unit = 60 * 180 / math.pi
     for soft, hard, slope in zip(

@@ -16,7 +16,7 @@ def load_drive(name: str | os.PathLike[str]) -> DriveParameters | Machine:
     """The drive that a drive file describes.
 
     Args:
-        name: path of a drive file, or a profile: `paper`, `si`, `bench`, `servo_1khz`.
+        name: path of a drive file, or a profile: `paper`, `si`, `bench`, `servo_1khz`, `worn_1khz`.
 
     Returns:
         `DriveParameters` of a full cylinder, a `Machine` where the file has `drive.kind`.

@@ -20,7 +20,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--drive",
         required=True,
         metavar="DRIVE.yaml",
-        help="nominal model: a drive file, or a profile: paper, si, bench, servo_1khz",
+        help="nominal model: a drive file, or a profile: paper, si, bench, servo_1khz, worn_1khz",
     )
     parser.add_argument(
         "--mode",

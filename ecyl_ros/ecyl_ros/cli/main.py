@@ -15,6 +15,7 @@ from ..errors import InputError
 # One module of this package per verb, with the line `ecyl --help` shows for it. Modules are
 # imported only when their verb is called, so that help stays fast.
 VERBS = {
+    "demo": "a worn drive as a node graph, recorded, diagnosed and reported, in a minute",
     "run": "launch the nodes, record the graph, print the tracking figures",
     "simulate": "the same run on the engine alone, without a graph",
     "analyse": "tracking figures, spectrum and IMFs of a recording",

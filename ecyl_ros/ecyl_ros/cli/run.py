@@ -26,14 +26,19 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def run(options: argparse.Namespace) -> int:
-    """Run the graph; 0 when it ran to its end or was stopped with Ctrl-C, 1 when a node failed."""
-    from ..nodes.launcher import GraphError
-
+def check_rclpy() -> None:
+    """Raise InputError where there is no rclpy to run nodes on."""
     if importlib.util.find_spec("rclpy") is None:
         raise InputError(
             "the nodes need rclpy: source a ROS 2 installation or install rclpy_cyclone"
         )
+
+
+def run(options: argparse.Namespace) -> int:
+    """Run the graph; 0 when it ran to its end or was stopped with Ctrl-C, 1 when a node failed."""
+    from ..nodes.launcher import GraphError
+
+    check_rclpy()
     checked = checked_run(options)
     # SIGTERM as Ctrl-C: the nodes are ended and the recording is closed.
     signal.signal(signal.SIGTERM, signal.default_int_handler)
@@ -41,21 +46,26 @@ def run(options: argparse.Namespace) -> int:
     with tempfile.TemporaryDirectory(prefix="ecyl_") as folder:
         summary = Path(folder, "summary.json")
         try:
-            _run_graph(options, checked, summary)
+            run_graph(options, checked, summary)
         except GraphError as error:
             print(f"ecyl run: {error}", file=sys.stderr)
             return 1
         except KeyboardInterrupt:
             interrupted = True
             print("ecyl run: stopped; what was recorded is kept", file=sys.stderr)
-        figures = _read(summary)
+        figures = read_summary(summary)
     if figures:
         _print_timing(figures)
     print_tracking(checked.out, options.skip)
     return 130 if interrupted and checked.duration_s is not None else 0
 
 
-def _run_graph(options: argparse.Namespace, checked: Run, summary: Path) -> None:
+def run_graph(options: argparse.Namespace, checked: Run, summary: Path) -> None:
+    """Launch the nodes and wait for the end of the run; `summary` is where the plant reports.
+
+    Raises:
+        GraphError: a node ended early.
+    """
     from ..nodes.launcher import NodeProcesses, node_parameters
 
     parameters = node_parameters(
@@ -70,7 +80,7 @@ def _run_graph(options: argparse.Namespace, checked: Run, summary: Path) -> None
 
         def progress() -> None:
             if checked.duration_s:
-                ticks = _read(summary).get("ticks", 0)
+                ticks = read_summary(summary).get("ticks", 0)
                 bar(ticks / (checked.duration_s * checked.drive.controller.rate))
 
         if options.in_process:
@@ -87,7 +97,8 @@ def _run_graph(options: argparse.Namespace, checked: Run, summary: Path) -> None
             processes.wait(progress, checked.duration_s is not None)
 
 
-def _read(summary: Path) -> dict:
+def read_summary(summary: Path) -> dict:
+    """What the plant has reported of the run; empty before it has."""
     try:
         return json.loads(summary.read_text(encoding="utf-8"))
     except FileNotFoundError:

@@ -24,7 +24,7 @@ def add_run_arguments(parser: argparse.ArgumentParser) -> None:
         "--drive",
         required=True,
         metavar="D.yaml",
-        help="drive file, or a profile: paper, si, bench, servo_1khz",
+        help="drive file, or a profile: paper, si, bench, servo_1khz, worn_1khz",
     )
     parser.add_argument(
         "--reference",
