@@ -12,11 +12,13 @@ from pathlib import Path
 
 import pytest
 
-from ecyl_ros.gap.study.workers import WorkerDied, ended_together, in_processes
+from ecyl_ros.analysis.ended_together import ended_together
+from ecyl_ros.gap.study.workers import WorkerDied, in_processes
 
 PROGRAM = """
     import os, sys, time
-    from ecyl_ros.gap.study.workers import ended_together, in_processes
+    from ecyl_ros.analysis.ended_together import ended_together
+    from ecyl_ros.gap.study.workers import in_processes
 
     def work(seconds):
         if seconds:
@@ -26,6 +28,18 @@ PROGRAM = """
     with ended_together():
         for worker in in_processes(work, [0, 0, 0, 0, 60, 60], 2):
             print(worker, flush=True)
+"""
+
+
+OVER = """
+    import os, sys, time
+    from ecyl_ros.analysis.parallel import over
+
+    def work(seconds):
+        os.write(1, b"%d\\n" % os.getpid())  # whole lines, whoever writes
+        time.sleep(seconds)
+
+    over(work, [0, 0, 0, 0, 60, 60], jobs=2)
 """
 
 
@@ -39,12 +53,16 @@ def _alive(pid: int) -> bool:
 
 
 @pytest.mark.skipif(not Path("/proc").is_dir(), reason="reads the states of processes from /proc")
-@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
-def test_no_worker_outlives_a_study_that_is_ended(number) -> None:
+@pytest.mark.parametrize(
+    ("program", "number"),
+    [(PROGRAM, signal.SIGTERM), (PROGRAM, signal.SIGINT), (OVER, signal.SIGTERM)],
+    ids=["study, SIGTERM", "study, Ctrl-C", "sweep, SIGTERM"],
+)
+def test_no_worker_outlives_a_study_that_is_ended(program, number) -> None:
     """SIGTERM and Ctrl-C end the workers in the middle of their work, within seconds."""
     source = Path(__file__).parents[2] / "ecyl_ros"
     study = subprocess.Popen(
-        [sys.executable, "-c", textwrap.dedent(PROGRAM)],
+        [sys.executable, "-c", textwrap.dedent(program)],
         env=dict(os.environ, PYTHONPATH=str(source)),
         stdout=subprocess.PIPE,
         stderr=subprocess.DEVNULL,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from typing import Any, TypeVar
 
 from joblib import Parallel, cpu_count, delayed, parallel_config
@@ -11,6 +11,7 @@ from joblib.externals.loky.process_executor import TerminatedWorkerError
 from threadpoolctl import threadpool_limits
 
 from ..errors import InputError
+from .ended_together import ended_together
 
 Argument = TypeVar("Argument")
 Result = TypeVar("Result")
@@ -81,7 +82,8 @@ def _call(function: Callable[[Any], Any], index: int, argument: Any) -> tuple[in
 @contextmanager
 def _backend(dask: str | None, jobs: int) -> Iterator[dict[str, Any]]:
     if dask is None:
-        yield {"n_jobs": jobs}
+        with ended_together(when_done=False) if jobs > 1 else nullcontext():
+            yield {"n_jobs": jobs}
         return
     try:
         from distributed import Client

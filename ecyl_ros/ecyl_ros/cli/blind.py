@@ -75,8 +75,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Run the study; 0 when it ran, whatever the figures say, 1 when a worker died."""
+    from ..analysis.ended_together import ended_together
     from ..gap.study.examine import StudyError
-    from ..gap.study.workers import WorkerDied, ended_together
+    from ..gap.study.workers import WorkerDied
 
     _check(options)
     drives, source = _drives(options)

@@ -1,16 +1,12 @@
-"""Work spread over processes, none of which outlives the study that it was started for."""
+"""Work spread over processes; `analysis.ended_together` ends them with the study."""
 
 from __future__ import annotations
 
-import signal
-import threading
 import warnings
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
-from typing import Any, TypeVar
+from typing import TypeVar
 
 from joblib import Parallel, delayed
-from joblib.externals.loky import get_reusable_executor
 from joblib.externals.loky.process_executor import TerminatedWorkerError
 
 Item = TypeVar("Item")
@@ -38,16 +34,3 @@ def in_processes(
             yield from spread(delayed(function)(item) for item in items)
     except TerminatedWorkerError as error:
         raise WorkerDied(str(error).splitlines()[0]) from None
-
-
-@contextmanager
-def ended_together() -> Iterator[None]:
-    """However the block ends, by SIGTERM and Ctrl-C too, its worker processes are ended."""
-    main = threading.current_thread() is threading.main_thread()
-    before: Any = signal.signal(signal.SIGTERM, signal.default_int_handler) if main else None
-    try:
-        yield
-    finally:
-        get_reusable_executor(reuse=True).shutdown(wait=True, kill_workers=True)
-        if main:
-            signal.signal(signal.SIGTERM, before)
