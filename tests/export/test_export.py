@@ -276,6 +276,14 @@ def test_a_drive_without_mass_is_refused(
     assert "load.mass is missing" in capsys.readouterr().err
 
 
+def test_a_coupling_without_clearance_runs_in_mujoco() -> None:
+    """Without a clearance rotor and rod move as one, but for what the flank gives."""
+    drive = _drive({"transmission.backlash": 0.0})
+    rotor, rod = _in_mujoco(mjcf(of(drive, "x"), "motor"), np.full(2000, 0.5), 1e-4)
+    twist = rotor - rod / drive.transmission.rod_per_rotor
+    assert rotor[-1] > 1.0 and np.abs(twist).max() < 1e-3
+
+
 def test_a_piecewise_stiffness_is_told_of() -> None:
     """Of a flank in segments the chord is exported, and the list says so."""
     values: dict[str, Any] = {

@@ -14,6 +14,7 @@ from .mechanism import Contact, Joint, Mechanism
 
 ACTUATORS = ("servo", "motor")
 _IMPEDANCE = 1e-4  # the smallest that MuJoCo takes (mjMINIMP)
+_NARROWEST = 1e-9  # rad: MuJoCo refuses a range without width
 _SLIM = 1e-6  # of a hinge's inertia: mass that a body must have beside its inertia
 
 
@@ -77,7 +78,7 @@ def _body(joint: Joint) -> list[str]:
 
 
 def _tendon(contact: Contact, mobility: float) -> list[str]:
-    half = 0.5 * contact.backlash
+    half = max(0.5 * contact.backlash, _NARROWEST)
     flank = f"{-contact.stiffness * mobility!r} {-contact.damping * mobility!r}"
     limits = {
         "name": "twist",
