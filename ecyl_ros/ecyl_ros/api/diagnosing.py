@@ -70,7 +70,7 @@ def diagnose(
     else:
         source = os.fspath(recording)
         whole = _from_file(Path(recording), as_map(signal_map), span, model, tell)
-        looking, tell = tell, lambda share: looking(_LOOKED_THROUGH + _LEFT * share)
+        tell = _rest_of(tell)
     if isinstance(whole, LongRecording):
         if mode is not None:
             raise InputError(f"{name}: a full cylinder is judged in all modes; expected no mode")
@@ -82,7 +82,9 @@ def diagnose(
     return DiagnosisResult.of(found, drive_file)
 
 
-_LEFT = 1.0 - _LOOKED_THROUGH
+def _rest_of(tell: Progress) -> Progress:
+    """Progress of what comes after a recording was looked through."""
+    return lambda share: tell(_LOOKED_THROUGH + (1.0 - _LOOKED_THROUGH) * share)
 
 
 def _in_memory(recording: Recording, model: DriveParameters | Machine) -> Recording | LongRecording:
