@@ -32,6 +32,8 @@ default_role = "code"  # `name` in a docstring is code, as in Markdown
 napoleon_numpy_docstring = False
 napoleon_use_ivar = True
 autodoc_member_order = "bysource"
+# A name that a package hands on is described where it is defined, once.
+autodoc_default_options = {"ignore-module-all": True}
 html_theme = "alabaster"
 html_theme_options = {"page_width": "1100px", "sidebar_width": "240px"}
 # A word like `type` in a signature is the built-in, whatever attributes have that name.

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 from report_samples import coulomb, diagnosis
 
+from ecyl_ros.api import diagnosing as module
 from ecyl_ros.cli.main import main
 from ecyl_ros.drive.drive_file import config_folder, load_drive
-from ecyl_ros.gap import diagnose as module
 from ecyl_ros.gap.diagnosis import Diagnosis
 from ecyl_ros.recording.signals import Recording
 from ecyl_ros.recording.writer import write_recording
@@ -40,7 +40,7 @@ def said(monkeypatch: pytest.MonkeyPatch) -> list[dict[str, Any]]:
         options["progress"](1.0)
         return diagnosis("explained", (coulomb(),), source=options["source"])
 
-    monkeypatch.setattr(module, "diagnose", canned)
+    monkeypatch.setattr(module, "judge", canned)
     return calls
 
 
@@ -130,7 +130,7 @@ def test_no_cause_no_drive_file(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     """Without a cause the command says so, writes no drive file, and is done all the same."""
-    monkeypatch.setattr(module, "diagnose", lambda *_, **__: diagnosis("unexplained"))
+    monkeypatch.setattr(module, "judge", lambda *_, **__: diagnosis("unexplained"))
     out = tmp_path / "twin.yaml"
     words = ["diagnose", str(recording), "--drive", "bench", "--write-drive", str(out)]
     assert main(words) == 0

@@ -75,7 +75,7 @@ def _sheet(diagnosis: Diagnosis) -> Iterable[Sequence[str]]:
             yield words.constant(one.parameter), *q.sheet_value(one)
 
 
-class Picture(Figure):
+class _Picture(Figure):
     """A figure that a notebook shows whether or not pyplot was set up for it."""
 
     def _repr_png_(self) -> bytes:
@@ -91,7 +91,7 @@ def picture(diagnosis: Diagnosis) -> Figure:
         raise InputError(f"{diagnosis.source}: nothing was held out, so there is nothing to draw")
     series = diagnosis.series
     shown = telling_signals(diagnosis, stretch)
-    figure = Picture(figsize=(8.0, 2.0 * len(shown) + 0.6), layout="constrained")
+    figure = _Picture(figsize=(8.0, 2.0 * len(shown) + 0.6), layout="constrained")
     panels = figure.subplots(len(shown), 1, sharex=True, squeeze=False)[:, 0]
     time = series.time_s[stretch.rows]
     runs = [("nominal model", series.before, _BEFORE)]
