@@ -6,8 +6,8 @@ import textwrap
 from collections.abc import Sequence
 
 from ..diagnosis import Diagnosis
+from . import limits, words
 from . import quantities as q
-from . import words
 from .rivals import runner_up
 from .verdict import sentence, telling_condition
 
@@ -23,6 +23,7 @@ def summary(diagnosis: Diagnosis, written: Sequence[str] = ()) -> str:
         _signals(diagnosis),
         _measured(diagnosis),
         _sheet(diagnosis),
+        _limits(diagnosis),
         "\n".join([*_where(diagnosis), *_runner_up(diagnosis), *_notes(diagnosis)]),
         "\n".join(f"{'written':<10}{_clean(one)}" for one in written),
     ]
@@ -100,6 +101,18 @@ def _sheet(diagnosis: Diagnosis) -> str:
     unseen = [words.constant(one.parameter) for one in diagnosis.sheet if not one.seen]
     table = _table(rows, (1, 2, 4))
     return f"{table}\nnot seen here: {', '.join(unseen)}" if unseen else table
+
+
+def _limits(diagnosis: Diagnosis) -> str:
+    """How large a fault could have hidden, of the five that matter, and what looks alike."""
+    rows = [["seen with 95 %", "from", ""]]
+    rows += [
+        [words.title(one.effect), limits.size(one), limits.at(one)]
+        for one in limits.chosen(diagnosis)
+    ]
+    lines = [_table(rows, ())] if rows[1:] else []
+    lines += [textwrap.fill(one, _WIDTH) for one in limits.pairs(diagnosis)[:2]]
+    return "\n".join(lines)
 
 
 def _where(diagnosis: Diagnosis) -> list[str]:
