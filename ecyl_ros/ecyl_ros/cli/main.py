@@ -18,6 +18,7 @@ VERBS = {
     "run": "launch the nodes, record the graph, print the tracking figures",
     "simulate": "the same run on the engine alone, without a graph",
     "analyse": "tracking figures, spectrum and IMFs of a recording",
+    "plan": "the motion that tells what is still open, with what it would show",
     "replay": "publish a recording again with its own timing",
     "inspect": "what a recording holds: topics, rates, gaps, clocks, ranges, a proposed map",
     "diagnose": "where the gap to a recording lies, what causes it, how far it shrinks",
