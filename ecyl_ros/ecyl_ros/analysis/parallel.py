@@ -34,6 +34,7 @@ def over(
     jobs: int | None = None,
     dask: str | None = None,
     progress: Callable[[float], None] | None = None,
+    each: Callable[[Result], None] | None = None,
 ) -> list[Result]:
     """`[function(one) for one in arguments]`, side by side.
 
@@ -46,6 +47,7 @@ def over(
         jobs: processes; all cores unless given. 1 stays in this process. Not used with `dask`.
         dask: address of a Dask scheduler, `tcp://host:port`, whose workers have this package.
         progress: called with the share done.
+        each: called here with every result as it comes, in any order; none is kept then.
 
     Raises:
         InputError: no scheduler answers, or Dask is not installed.
@@ -57,8 +59,11 @@ def over(
         tasks = (delayed(_call)(function, index, one) for index, one in enumerate(arguments))
         try:
             for index, result in Parallel(return_as="generator_unordered", **chosen)(tasks):
-                results[index] = result
                 done += 1
+                if each is None:
+                    results[index] = result
+                else:
+                    each(result)
                 if progress is not None:
                     progress(done / len(arguments))
         except TerminatedWorkerError:
