@@ -17,14 +17,16 @@ from collections import defaultdict
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
+import numpy as np
+
 from ecyl_ros.drive.drive_file import load_drive, resolve_drive
 from ecyl_ros.drive.parameters import DriveParameters
-from ecyl_ros.gap.candidates import Candidates
 from ecyl_ros.gap.earn import at_noise
 from ecyl_ros.gap.fit import Fit, Fitter
 from ecyl_ros.gap.limits.cylinder import Seen, least_visible, seen_by
 from ecyl_ros.gap.replay import Replay
 from ecyl_ros.gap.split import held_out_of
+from ecyl_ros.gap.stages import FINE, MEDIUM
 from ecyl_ros.gap.study.cylinder.cases import stated
 from ecyl_ros.gap.study.cylinder.inside import INSIDE
 from ecyl_ros.gap.study.cylinder.machine import record_machine
@@ -77,7 +79,7 @@ def _case(
     stage = Stage.of(seed, setup, sheet)
     nominal = stated(drive, sheet)
     sound = record_machine(stage.with_effects({}, seed), stage.nuisances, drive, stage.reference)
-    smallest = _smallest(sound, nominal, name)
+    smallest = _smallest(sound, nominal, name, stage)
     if smallest is None:
         return None
     nuisances = replace(stage.nuisances, noise_seed=stage.nuisances.noise_seed + 1)
@@ -86,39 +88,51 @@ def _case(
         values = smallest.probe.made(one * smallest.size)
         machine = stage.with_effects({name: values}, seed)
         recording = record_machine(machine, nuisances, drive, stage.reference)
-        answers[one] = _shows(recording, nominal)
+        answers[one] = _shows(recording, nominal, stage)
     return smallest.size, smallest.probe.quantity.unit, answers
 
 
-def _fitter(recording: Recording, drive: DriveParameters) -> Fitter:
+def fitter_of(recording: Recording, drive: DriveParameters) -> Fitter:
     replay = Replay(recording, drive, "case")
     fitter = Fitter(replay, held_out_of(replay.time_s, replay.gap({}), replay.usable))
     fitter.test_floor(fitter.nominal)
     return fitter
 
 
-def _sheet_alone(fitter: Fitter) -> Fit:
-    with ThreadPoolExecutor(2) as threads:
-        return Candidates(fitter, [], threads).null
+def true_pulls(fitter: Fitter, stage: Stage) -> np.ndarray:
+    """Where the machine's constants lie on its sheet."""
+    sheet = fitter.sheet
+    errors = np.array([stage.errors.get(key, 0.0) for key in sheet.keys])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        pulls = np.log1p(errors) * sheet.nominal / sheet.tolerance
+    return np.where(sheet.nominal > 0.0, pulls, 0.0)
 
 
-def _smallest(recording: Recording, drive: DriveParameters, name: str) -> Seen | None:
-    fitter = _fitter(recording, drive)
+def sheet_alone(fitter: Fitter, stage: Stage) -> Fit:
+    """The sheet fitted, from where the machine truly lies: it leaves no more than from afar."""
+    best = fitter.evaluate({}, true_pulls(fitter, stage))
+    for look in (MEDIUM, FINE):
+        best = fitter.fit(best, steps=6, stage=look)
+    return best
+
+
+def _smallest(recording: Recording, drive: DriveParameters, name: str, stage: Stage) -> Seen | None:
+    fitter = fitter_of(recording, drive)
     fit = fitter.nominal
     if not at_floor(fit, fitter.replay):
-        fit = _sheet_alone(fitter)
+        fit = sheet_alone(fitter, stage)
     with ThreadPoolExecutor(2) as threads:
         _, found = seen_by(fitter, fit, [name], threads)
     least = least_visible(found)
     return least[0] if least and least[0].limit.smallest_seen is not None else None
 
 
-def _shows(recording: Recording, drive: DriveParameters) -> bool:
+def _shows(recording: Recording, drive: DriveParameters, stage: Stage) -> bool:
     """As the diagnosis begins: not at the floor, and no sheet accounts for it."""
-    fitter = _fitter(recording, drive)
+    fitter = fitter_of(recording, drive)
     if at_floor(fitter.nominal, fitter.replay):
         return False
-    null = _sheet_alone(fitter)
+    null = sheet_alone(fitter, stage)
     fitter.test_floor(null)
     return not at_noise(fitter, null)
 

@@ -14,6 +14,7 @@ from .entry import Entry, Size
 _DAY_NS, _HOUR_NS, _MINUTE_NS = 86_400 * 10**9, 3_600 * 10**9, 60 * 10**9
 # Recordings are dots: a line of no length with round ends.
 MARKS = """
+a { color: var(--after); }
 .curve.dot { stroke-width: 7; stroke-linecap: round; }
 """
 

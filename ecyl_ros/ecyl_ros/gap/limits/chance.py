@@ -84,38 +84,71 @@ class Machines:
         return Machines(**{**self.__dict__, "pulls": pulls})
 
 
+@dataclass(frozen=True, eq=False)
+class _Part:
+    """Inner products of the sheet and a response on some of the rows.
+
+    gram: float64[k, k], the sheet first. Along `axes` of the sheet a fit moves in each as if it
+    were alone, by `values`; along, own: of the response with these, and with itself.
+    """
+
+    gram: FloatArray
+    values: FloatArray
+    axes: FloatArray
+    along: FloatArray
+    own: FloatArray
+
+    @classmethod
+    def of(cls, rows: FloatArray, weight: FloatArray, kept: Sequence[bool], response: int) -> _Part:
+        gram = without_free((rows * weight) @ rows.T / max(rows.shape[1], 1), kept)
+        size = len(gram) - response
+        values, axes = np.linalg.eigh(gram[:size, :size])
+        return cls(
+            gram, np.maximum(values, 0.0), axes, axes.T @ gram[:size, size:], gram[size:, size:]
+        )
+
+
 class Visible:
     """Whether a response of float64[1 or 2, m] is seen, at multiples of its size."""
 
-    def __init__(self, machines: Machines, response: FloatArray) -> None:
+    def __init__(
+        self, machines: Machines, response: FloatArray, own: tuple[int, float] | None = None
+    ) -> None:
+        """own: see `Base.own`; a fit of that constant goes the way of the effect, far as it is."""
         base = machines.base
         self.machines = machines
+        free = base.free
+        if own is not None:
+            free = free.copy()
+            free[own[0]] = response[0] / own[1]
         price = base.precision
-        rows = np.concatenate([base.free, response])
-        weighed = rows * weights(np.sqrt(np.mean(response**2, axis=0)))
-        gram = without_free(
-            weighed @ rows.T / response.shape[1], [*(price > 0.0), *[True] * len(response)]
+        rows = np.concatenate([free, response])
+        weight = weights(np.sqrt(np.mean(response**2, axis=0)))
+        kept = [*(price > 0.0), *[True] * len(response)]
+        held = base.held
+        self._fitted, self._held = (
+            _Part.of(rows[:, part], weight[part], kept, len(response))
+            for part in (~held, held if held.any() else ~held)
         )
-        kept = np.flatnonzero(price > 0.0)
-        self._pulls = machines.pulls[:, kept]
-        self._tested = machines.tested[kept]
-        # Along these directions of the sheet a fit moves in each as if it were alone.
-        size = len(kept)
-        values, self._axes = np.linalg.eigh(gram[:size, :size])
-        self._values = np.maximum(values, 0.0)
-        self._along, self._own = self._axes.T @ gram[:size, size:], gram[size:, size:]
+        priced = np.flatnonzero(price > 0.0)
+        self._pulls = machines.pulls[:, priced]
+        self._tested = machines.tested[priced]
         parts = rows.reshape(len(rows), base.signals, -1)
         self._by_signal = np.einsum("ksn,lsn->skl", parts, parts, optimize=True) / parts.shape[2]
         self._shares = _directions(machines.phases, len(response))
         sound, _ = self._sheet_alone(0.0)
-        self._needed = np.maximum(
-            AT_FLOOR**2 * machines.floor, sound + _worth(sound, machines.floor)
-        )
+        self._needed = [
+            np.maximum(AT_FLOOR**2 * machines.floor * first, one + _worth(one, machines.floor))
+            for one, first in zip(sound, (0.0, 1.0), strict=True)
+        ]
 
     def chance(self, size: float) -> float:
         """Share of the machines on which it is seen at `size` times itself."""
         before, strained = self._sheet_alone(size)
-        return float(np.mean((strained | (before > self._needed)) & self._gap(size)))
+        more = np.ones(len(strained), dtype=bool)
+        for one, needed in zip(before, self._needed, strict=True):
+            more &= one > needed
+        return float(np.mean((strained | more) & self._gap(size)))
 
     def smallest(self) -> float:
         """Multiple of the response from which 95 % see it; inf where none does."""
@@ -127,13 +160,17 @@ class Visible:
             low, high = (low, middle) if self.chance(10.0**middle) >= CHANCE else (middle, high)
         return 10.0**high
 
-    def _sheet_alone(self, size: float) -> tuple[FloatArray, BoolArray]:
-        """(mean square with its price, whether a constant is strained), of the sheet fitted."""
-        machines, values = self.machines, self._values
+    def _sheet_alone(self, size: float) -> tuple[tuple[FloatArray, FloatArray], BoolArray]:
+        """Of the sheet fitted: mean squares with its price, and whether a constant is strained.
+
+        Mean squares are on the rows that are fitted, and on those that are held out.
+        """
+        machines, fitted = self.machines, self._fitted
+        values, axes = fitted.values, fitted.axes
         shares = size * self._shares
-        alone = np.einsum("di,ij,dj->d", shares, self._own, shares)
-        pushed = shares @ self._along.T  # [draws, axes]
-        drawn = self._pulls @ self._axes
+        alone = np.einsum("di,ij,dj->d", shares, fitted.own, shares)
+        pushed = shares @ fitted.along.T  # [draws, axes]
+        drawn = self._pulls @ axes
         cost = machines.level + alone
         left = np.zeros_like(drawn)
         for _ in range(_ROUNDS if len(values) else 0):
@@ -142,13 +179,17 @@ class Visible:
             left = (PRICE * drawn - scale * pushed) / (scale * values + PRICE)
             moved = alone + np.sum(left * (2.0 * pushed + values * left), axis=1)
             cost = machines.level + np.maximum(moved, 0.0)
-        pulls = (drawn - left) @ self._axes.T
-        paid = PRICE * np.sum(pulls**2, axis=1)
+        off = left @ axes.T
+        pulls = self._pulls - off
+        dearer = np.exp(np.minimum(PRICE * np.sum(pulls**2, axis=1) / machines.evidence, 100.0))
         scale = (machines.evidence / cost)[:, None]
-        seen = 1.0 - PRICE / (scale * values + PRICE) @ (self._axes**2).T
+        seen = 1.0 - PRICE / (scale * values + PRICE) @ (axes**2).T
         saved = PRICE * pulls**2 / np.maximum(seen, UNSEEN)
         strained = np.any((saved > STRAINED) & (seen > UNSEEN) & self._tested, axis=1)
-        return cost * np.exp(np.minimum(paid / machines.evidence, 100.0)), strained
+        point = np.concatenate([off, shares], axis=1)
+        judged = np.einsum("dk,kl,dl->d", point, self._held.gram, point, optimize=True)
+        judged = machines.level + np.maximum(judged, 0.0)
+        return (cost * dearer, judged * dearer), strained
 
     def _gap(self, size: float) -> BoolArray:
         """Whether the nominal model is off its floor in any signal, bool[draws]."""

@@ -16,10 +16,10 @@ from numpy.typing import NDArray
 from ...effects.catalogue import CATALOGUE
 from ..coordinate import Coordinate
 from ..fit import Fit, Fitter
-from ..replay import FloatArray
+from ..replay import BoolArray, FloatArray
 from .probes import Probe, Values, rows_of
 
-_ROWS = 1500  # of each signal at the most: more say no more of a ratio
+_ROWS = 3000  # of each signal at the most: more say no more of a ratio
 _PULL = 0.5  # tolerances: as far as a sound machine's constant usually lies off
 _STEP = 0.05  # of a found parameter, in its coordinate
 
@@ -85,9 +85,26 @@ class Base:
         return cls(fitter, fit, rows, free, precision, (*pulled, *[-1] * len(causes)), side_by_side)
 
     @property
+    def held(self) -> BoolArray:
+        """bool[m], which of the rows no parameter is fitted to."""
+        return np.tile(self.fitter.held[self.rows], self.signals)
+
+    @property
     def signals(self) -> int:
         """How many are compared."""
         return len(self.fit.gap)
+
+    def own(self, probe: Probe, size: float) -> tuple[int, float] | None:
+        """Coordinate that gives a constant what an effect of this size gives it, and how far.
+
+        None where the sheet has no such constant.
+        """
+        row = self.fitter.sheet.index(CATALOGUE[probe.effect].constant)
+        if row is None or row not in self.pulled:
+            return None
+        drive = self.fitter.replay.nominal
+        pulls = self.fitter.sheet.pulled_to(probe.effect, probe.made(size), drive)
+        return (self.pulled.index(row), float(pulls[row])) if pulls[row] else None
 
     def response(self, probe: Probe, size: float) -> FloatArray:
         """What an effect of this size does to the signals: float64[1 or 2, m], in floors."""

@@ -13,7 +13,7 @@ import numpy as np
 from ...effects.catalogue import CATALOGUE
 from ..fit import Fit, Fitter
 from ..replay import FloatArray
-from .chance import Machines, Visible
+from .chance import CHANCE, Machines, Visible
 from .columns import Base
 from .limit import Alike, Limit
 from .pairs import alike
@@ -21,6 +21,7 @@ from .probes import Probe, Scale, probes
 
 _NEAR = 1.6  # factor within which the size looked at is the smallest that is seen
 _LOOKS = 5  # at the most
+_LEAST_CAP, _CAP_LOOKS = 1e-3, 9  # share of what is asked for; halvings of its logarithm
 _FARTHER = 30.0  # factor of the size from one look to the next at the most
 
 
@@ -88,13 +89,15 @@ def least_visible(found: Sequence[Seen]) -> list[Seen]:
 def _smallest(machines: Machines, probe: Probe) -> Seen:
     """The size that is seen with 95 %, looked at again where it is far from the last look."""
     own = machines.without(probe.effect)
+    if probe.caps:
+        return _from_where(own, probe)
     size = min(probe.first, probe.largest)
     for _ in range(_LOOKS):
         response = own.base.response(probe, size)
         if not np.any(np.abs(response) > 1e-3):
             times = math.inf
         else:
-            times = Visible(own, response).smallest()
+            times = Visible(own, response, own.base.own(probe, size)).smallest()
         if 1.0 / _NEAR < times < _NEAR:
             return Seen(probe, min(times * size, probe.largest), response)
         if times >= 1.0 and size >= probe.largest:
@@ -104,3 +107,19 @@ def _smallest(machines: Machines, probe: Probe) -> Seen:
         if times < _FARTHER:
             return Seen(probe, size, response)
     return Seen(probe, math.inf, response)
+
+
+def _from_where(machines: Machines, probe: Probe) -> Seen:
+    """The same of what acts from some value on: no response can be scaled to another size."""
+    low, high = _LEAST_CAP * probe.neutral, probe.largest
+    response = machines.base.response(probe, high)
+    if Visible(machines, response).chance(1.0) < CHANCE:
+        return Seen(probe, math.inf, response)
+    for _ in range(_CAP_LOOKS):
+        middle = math.sqrt(low * high)
+        shown = machines.base.response(probe, middle)
+        if Visible(machines, shown).chance(1.0) >= CHANCE:
+            high, response = middle, shown
+        else:
+            low = middle
+    return Seen(probe, high, response)

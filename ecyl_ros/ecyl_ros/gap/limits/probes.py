@@ -94,7 +94,8 @@ class Probe:
     Attributes:
         effect: its name. quantity: its size. neutral, side: see `Limit`. first: size to look at
             first. made: the parameters at a size. turned: the same a quarter of a period later, of
-            what repeats. at: what else describes it.
+            what repeats. at: what else describes it. caps: whether it acts from some value on,
+            and does nothing short of that.
     """
 
     effect: str
@@ -105,6 +106,7 @@ class Probe:
     made: Callable[[float], Values]
     turned: Callable[[float], Values] | None = None
     at: Mapping[str, float] = field(default_factory=dict)
+    caps: bool = False
 
     @property
     def largest(self) -> float:
@@ -184,7 +186,7 @@ def _below(name: str, size: Quantity, top: float, shape: Values | None = None) -
     def made(deviation: float) -> Values:
         return CATALOGUE[name].complete({size.name: max(top - deviation, size.low), **others})
 
-    return Probe(name, size, top, -1, 0.05 * top, made, None, others)
+    return Probe(name, size, top, -1, 0.05 * top, made, None, others, caps=True)
 
 
 def rows_of(replay: Replay, most: int) -> NDArray[np.int64]:

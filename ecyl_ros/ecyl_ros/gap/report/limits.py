@@ -60,16 +60,27 @@ def at(one: Limit) -> str:
 
 
 def sentence(diagnosis: Diagnosis) -> str:
-    """What could not have hidden, on one line; empty where nothing is known."""
-    parts = [f"{words.title(one.effect)} {_of(one)}" for one in chosen(diagnosis)]
-    if not parts:
+    """What could not have hidden, in one sentence; empty where nothing is known."""
+    found = chosen(diagnosis)
+    if not found:
         return ""
-    return f"with 95 % it would have shown {words.listed(parts)}"
+    if diagnosis.verdict in ("no_gap", "within_sheet"):
+        parts = [f"no {_named(one)} {_of(one, 'above', 'off by more than')}" for one in found]
+        return f"As sure as 95 %, there is {words.listed(parts, 'and')}."
+    parts = [f"{_named(one)} {_of(one, 'of', 'off by')}" for one in found]
+    return f"Besides, it would have shown {words.listed(parts, 'or')} on 95 of 100 machines."
 
 
-def _of(one: Limit) -> str:
+def _named(one: Limit) -> str:
+    """The effect as what it is off by: a wrong backlash is a backlash off by so much."""
+    return words.title(one.effect).removeprefix("wrong ")
+
+
+def _of(one: Limit, above: str, off: str) -> str:
     text = size(one)
-    return text if text.startswith(("off by", "below")) else f"of {text}"
+    if text.startswith("off by"):
+        return f"{off}{text.removeprefix('off by')}"
+    return text if text.startswith("below") else f"{above} {text}"
 
 
 def pairs(diagnosis: Diagnosis) -> list[str]:
@@ -93,6 +104,7 @@ def merged(alike: Sequence[Alike]) -> list[Alike]:
 
 def _pair(one: Alike) -> str:
     first, second = (words.title(name) for name in one.effects)
+    first = first[:1].upper() + first[1:]
     return (
         f"{first} and {second} look alike here: {q.number(one.separation, 2)} of the "
         f"{q.number(one.needed, 2)} noise floors that it takes"

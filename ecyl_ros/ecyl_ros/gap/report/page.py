@@ -238,7 +238,7 @@ def _limits(diagnosis: Diagnosis) -> str:
     said = limits.sentence(diagnosis)
     return _section(
         "What this recording could have shown",
-        f"<p>{typeset(said[:1].upper() + said[1:])}.</p>" if said else "",
+        f"<p>{typeset(said)}</p>" if said else "",
         f"<ul>{alike}</ul>" if alike else "",
         table(caption, head, rows),
     )

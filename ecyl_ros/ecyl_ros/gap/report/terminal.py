@@ -13,6 +13,7 @@ from .verdict import sentence, telling_condition
 
 _WIDTH = 96
 _MOST_NOTES = 3
+_MOST_PAIRS = 2
 
 
 def summary(diagnosis: Diagnosis, written: Sequence[str] = ()) -> str:
@@ -105,14 +106,8 @@ def _sheet(diagnosis: Diagnosis) -> str:
 
 def _limits(diagnosis: Diagnosis) -> str:
     """How large a fault could have hidden, of the five that matter, and what looks alike."""
-    rows = [["seen with 95 %", "from", ""]]
-    rows += [
-        [words.title(one.effect), limits.size(one), limits.at(one)]
-        for one in limits.chosen(diagnosis)
-    ]
-    lines = [_table(rows, ())] if rows[1:] else []
-    lines += [textwrap.fill(one, _WIDTH) for one in limits.pairs(diagnosis)[:2]]
-    return "\n".join(lines)
+    lines = [limits.sentence(diagnosis), *limits.pairs(diagnosis)[:_MOST_PAIRS]]
+    return "\n".join(textwrap.fill(one, _WIDTH) for one in lines if one)
 
 
 def _where(diagnosis: Diagnosis) -> list[str]:
