@@ -68,10 +68,10 @@ def diagnose_cylinder(
     fitter.test_floor(nominal)
     no_gap = at_floor(nominal, replay)
     remarks: list[str] = []
+    barred = {*without, *not_to_be_judged(drive)}
     if no_gap:
         competition = Competition(nominal, nominal, (), nominal, (), {})
     else:
-        barred = {*without, *not_to_be_judged(drive)}
         names = [name for name in CATALOGUE if name not in barred]
         competition = compete(
             fitter, nominal, names, lambda stage, share: tell(0.02 + 0.93 * share)
@@ -84,7 +84,7 @@ def diagnose_cylinder(
             remarks += said
     found, final = _assemble(replay, fitter, competition, remarks, no_gap, source, drive_name)
     tell(0.95)
-    limits, not_told = limits_of(fitter, final, without)
+    limits, not_told = limits_of(fitter, final, barred)
     return dataclasses.replace(found, limits=limits, alike=not_told, replays=fitter.replay.runs)
 
 

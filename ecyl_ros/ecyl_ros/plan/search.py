@@ -34,6 +34,9 @@ _FINE_GENERATIONS, _FINE_MEMBERS = 5, 12
 _MARGIN = 0.8  # of the limits of current and voltage that a sound drive may take
 _SEED = 14
 _NOTHING = 1e-6
+# Times that a plan may hold one block: what it told after others it may not tell after itself (a
+# load that never moves has no friction).
+_OFTEN = 2
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,7 +80,11 @@ def planned(
     index = [(at[pair.first.key], at[pair.second.key]) for pair in pairs]
     singles = [at[one.key] for one in alone]
 
+    most = max(_OFTEN, math.ceil(SLOTS / len(blocks.blocks)))
+
     def cost(choice: FloatArray) -> float:
+        if np.bincount(choice.astype(int)).max() > most:
+            return math.inf
         gram = blocks.grams[choice.astype(int)].sum(axis=0) / blocks.rows
         return -worth(*_apart(blocks, gram, index, singles))
 

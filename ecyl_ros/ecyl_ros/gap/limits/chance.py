@@ -23,10 +23,10 @@ from ..verdict import NO_GAP_RATIO
 from .columns import Base
 from .loss import weights
 
-DRAWS = 200  # machines: of 200, ten are not seen at the size that is seen with 95 %
+DRAWS = 100  # machines: of these, five are not seen at the size that is seen with 95 %
 CHANCE = 0.95
-_ROUNDS = 6  # of the fit of a drawn machine's sheet
-_BISECTIONS = 12
+_ROUNDS = 4  # of the fit of a drawn machine's sheet
+_BISECTIONS = 11
 _REACH = 3.0  # decades that a size is looked for in, both ways
 PRICE = 4.0  # of the square of a pull, see `sheet`
 _SEED = 14

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from .cylinder import Seen
 
 _ROUNDS = 2
+_THIN = 4  # rows from one that is glimpsed at to the next
 _NEAR = 2.0  # times what is needed: so near a pair is looked at closely
 TIMES = 3.0  # as large as the smallest that is seen: a fault that shows, not one that can be sized
 
@@ -82,10 +83,10 @@ def _glimpsed(
     base: Base, acting: FloatArray, others: Sequence[FloatArray], cost: float
 ) -> list[float]:
     """`separation` from each of others by one weighing of all: tells which are close."""
-    none = left_of(base, acting, np.zeros((0, acting.size)), cost)
-    rows = np.concatenate([base.free, *others, acting[None]])
-    weighed = rows * weights(none)
-    gram = weighed @ rows.T / acting.size
+    some = slice(None, None, _THIN)
+    rows = np.concatenate([base.free, *others, acting[None]])[:, some]
+    weighed = rows * weights(left_of(base, acting, np.zeros((0, acting.size)), cost)[some])
+    gram = weighed @ rows.T / rows.shape[1]
     prior = np.zeros(len(rows))
     prior[: len(base.precision)] = base.precision * cost / base.fitter.sheet.evidence
     found, at = [], len(base.free)
