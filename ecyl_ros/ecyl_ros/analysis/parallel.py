@@ -55,7 +55,7 @@ def over(
     """
     results: list[Any] = [None] * len(arguments)
     done = 0
-    with _backend(dask, min(jobs or cores(), max(1, len(arguments)))) as chosen:
+    with backend(dask, min(jobs or cores(), max(1, len(arguments)))) as chosen:
         tasks = (delayed(_call)(function, index, one) for index, one in enumerate(arguments))
         try:
             for index, result in Parallel(return_as="generator_unordered", **chosen)(tasks):
@@ -70,7 +70,7 @@ def over(
             raise WorkerError(
                 f"a worker process died after {done} of {len(arguments)} runs; out of memory?"
             ) from None
-        except _lost_on_cluster(dask) as error:
+        except lost_on_cluster(dask) as error:
             raise WorkerError(
                 f"{dask}: the cluster failed after {done} of {len(arguments)} runs: "
                 f"{type(error).__name__}"
@@ -84,7 +84,8 @@ def _call(function: Callable[[Any], Any], index: int, argument: Any) -> tuple[in
 
 
 @contextmanager
-def _backend(dask: str | None, jobs: int) -> Iterator[dict[str, Any]]:
+def backend(dask: str | None, jobs: int) -> Iterator[dict[str, Any]]:
+    """What `joblib.Parallel` takes to run on so many cores, or on a cluster; see `over`."""
     if dask is None:
         yield {"n_jobs": jobs}
         return
@@ -107,7 +108,8 @@ def _backend(dask: str | None, jobs: int) -> Iterator[dict[str, Any]]:
             yield {"n_jobs": -1}
 
 
-def _lost_on_cluster(dask: str | None) -> tuple[type[BaseException], ...]:
+def lost_on_cluster(dask: str | None) -> tuple[type[BaseException], ...]:
+    """What is raised where a cluster loses its workers."""
     if dask is None:
         return ()
     from distributed import KilledWorker

@@ -19,6 +19,9 @@ from .limit import Alike, Limit
 from .pairs import alike
 from .probes import Probe, Scale, probes
 
+# Real faults differ from the model's form, and the linear look from the fit: with this the study
+# (benchmarks/detection_limits.py) sees 95 of 100; without it 92, with 1.1 it sees 98.
+FORM = 1.05
 _NEAR = 1.6  # factor within which the size looked at is the smallest that is seen
 _LOOKS = 5  # at the most
 _LEAST_CAP, _CAP_LOOKS = 1e-3, 9  # share of what is asked for; halvings of its logarithm
@@ -99,7 +102,7 @@ def _smallest(machines: Machines, probe: Probe) -> Seen:
         else:
             times = Visible(own, response, own.base.own(probe, size)).smallest()
         if 1.0 / _NEAR < times < _NEAR:
-            return Seen(probe, min(times * size, probe.largest), response)
+            return Seen(probe, min(FORM * times * size, probe.largest), response)
         if times >= 1.0 and size >= probe.largest:
             break
         size = min(size * min(max(times, 1.0 / _FARTHER), _FARTHER), probe.largest)
