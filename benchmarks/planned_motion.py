@@ -115,10 +115,14 @@ def _measured(
         (_settled(fitter, one) for one in (search(fitter, start, alone), _near(fitter, start))),
         key=lambda one: one.fitted,
     )
-    rows = fitter.replay.usable
     # An effect that does worse than the sheet alone would not be taken for anything.
-    left = min(cost(wrong.gap, rows), cost(alone.gap, rows))
-    return math.sqrt(max(left - cost(right.gap, rows), 0.0))
+    left = min(_priced(fitter, wrong), _priced(fitter, alone))
+    return math.sqrt(max(left - _priced(fitter, right), 0.0))
+
+
+def _priced(fitter: Fitter, fit: Fit) -> float:
+    """Mean square on all rows, with the price of the sheet."""
+    return fitter.sheet.priced(cost(fit.gap, fitter.replay.usable), fit.pulls)
 
 
 def _fitted(fitter: Fitter, one: Hypothesis, stage: Stage) -> Fit:

@@ -126,6 +126,8 @@ def run(options: argparse.Namespace) -> int:
     if options.plots is not None:
         written += [str(one) for one in write_pictures(plan, options.plots)]
     _print(plan)
+    if not plan.whole:
+        print("the search was cut short: on a machine with less to do a better motion may be found")
     print()
     for one in written:
         print(f"{'written':<10}{one}")

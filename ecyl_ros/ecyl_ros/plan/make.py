@@ -22,7 +22,7 @@ from .others import moves, usual
 from .predict import Experiment, apart_from_sheet, predicted, separations, visible
 from .search import planned
 
-BUDGET_S = 45.0  # for the search; predictions of what is compared come on top
+BUDGET_S = 35.0  # for the search; predictions of what is compared come on top
 PLANNED = "planned"
 
 
@@ -49,7 +49,8 @@ class Plan:
     Attributes:
         motion: to be played. pairs, alone: what it was planned for. needed: separation, in floors,
             from which a diagnosis tells two effects apart. predictions: the planned motion first.
-        base: the predicted recording of the sound drive.
+        base: the predicted recording of the sound drive. whole: whether the search for the motion
+            went to its end in the time that it had.
     """
 
     motion: Planned
@@ -58,6 +59,7 @@ class Plan:
     needed: float
     predictions: tuple[Prediction, ...]
     base: Base
+    whole: bool
 
     def as_json(self) -> dict[str, Any]:
         """Plain data, schema `ecyl.plan/1`."""
@@ -118,7 +120,9 @@ def make_plan(
         both = [Pair(sizes[first], sizes[second]) for first, second in pairs]
         singles = [sizes[name] for name in alone]
         tell(0.1)
-        motion = planned(experiment, both, singles, deadline, lambda share: tell(0.1 + 0.7 * share))
+        motion, whole = planned(
+            experiment, both, singles, deadline, lambda share: tell(0.1 + 0.7 * share)
+        )
         motions: dict[str, Reference] = {PLANNED: motion, **usual(drive.limits, duration_s)}
         found, first = [], None
         for number, (name, reference) in enumerate(motions.items()):
@@ -135,7 +139,7 @@ def make_plan(
             )
             tell(0.8 + 0.2 * (number + 1) / len(motions))
         assert first is not None
-        return Plan(motion, tuple(both), tuple(singles), needed(first), tuple(found), first)
+        return Plan(motion, tuple(both), tuple(singles), needed(first), tuple(found), first, whole)
 
 
 def _sized(

@@ -19,7 +19,7 @@ from ..gap.fit import Fitter
 from ..gap.limits.columns import Base
 from ..gap.limits.cylinder import seen_by
 from ..gap.limits.limit import Limit
-from ..gap.limits.pairs import left_of, separation
+from ..gap.limits.pairs import separation
 from ..gap.replay import SIGNALS, FloatArray, Replay, declared_noise
 from ..gap.split import held_out
 from .hypotheses import Hypothesis, Pair
@@ -80,7 +80,6 @@ def response(base: Base, one: Hypothesis) -> FloatArray:
 
 def separations(base: Base, pairs: Sequence[Pair]) -> list[tuple[float, float]]:
     """Of each pair: what the second leaves of the first, and the other way round, in floors."""
-    cost = base.fit.left
     known: dict[str, FloatArray] = {}
 
     def shown(one: Hypothesis) -> FloatArray:
@@ -93,8 +92,8 @@ def separations(base: Base, pairs: Sequence[Pair]) -> list[tuple[float, float]]:
         first, second = shown(pair.first), shown(pair.second)
         found.append(
             (
-                separation(left_of(base, first[0], second, cost)),
-                separation(left_of(base, second[0], first, cost)),
+                separation(base, first[0], second),
+                separation(base, second[0], first),
             )
         )
     return found
@@ -122,4 +121,4 @@ def peaks(base: Base) -> dict[str, float]:
 def apart_from_sheet(base: Base, one: Hypothesis) -> float:
     """What the sheet alone leaves of a hypothesis, in floors."""
     shown = response(base, one)
-    return separation(left_of(base, shown[0], np.zeros((0, shown.shape[1])), base.fit.left))
+    return separation(base, shown[0], np.zeros((0, shown.shape[1])))

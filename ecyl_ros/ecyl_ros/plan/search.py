@@ -66,8 +66,10 @@ def planned(
     alone: Sequence[Hypothesis],
     deadline: float,
     tell: Callable[[float], None],
-) -> Planned:
+) -> tuple[Planned, bool]:
     """The motion that tells `pairs` apart, and shows `alone` beside the sheet.
+
+    Returns (motion, whether the finer search went to its end).
 
     deadline: of `time.monotonic`, when a finer search ends. tell: takes the share done.
     """
@@ -199,8 +201,8 @@ def _apart(
         aim = gram[using, column]
         size = np.sqrt(np.maximum(np.diag(ridge), 1e-300))
         found = np.linalg.lstsq(ridge / np.outer(size, size), aim / size, rcond=1e-10)[0] / size
-        rest = gram[column, column] - 2.0 * found @ aim + found @ part @ found
-        return math.sqrt(max(float(rest), 0.0))
+        # The least of what is left and what the sheet's pulls cost, as `pairs.separation` has it.
+        return math.sqrt(max(float(gram[column, column] - found @ aim), 0.0))
 
     apart = [
         left(one, blocks.groups[other])
@@ -235,7 +237,7 @@ def _finer(
     alone: Sequence[Hypothesis],
     deadline: float,
     tell: Callable[[float], None],
-) -> Planned:
+) -> tuple[Planned, bool]:
     """The motion with reach, speed and acceleration of its blocks let go, in full prediction."""
     limits = experiment.drive.limits
     top = max(block.reach for block in chosen)
@@ -247,7 +249,7 @@ def _finer(
         [math.log(top), math.log(limits.speed), math.log(limits.acceleration)], len(chosen)
     )
     low, high = start - spread, np.minimum(start + spread, highest)
-    tried = 0
+    tried, whole = 0, True
 
     def motion(point: FloatArray) -> Planned:
         made = [
@@ -257,8 +259,9 @@ def _finer(
         return assembled(experiment, made)
 
     def cost(point: FloatArray) -> float:
-        nonlocal tried
+        nonlocal tried, whole
         if time.monotonic() > deadline:
+            whole = False
             return math.inf
         tried += 1
         tell(0.5 + 0.45 * min(tried / (_FINE_MEMBERS * (_FINE_GENERATIONS + 1)), 1.0))
@@ -282,7 +285,7 @@ def _finer(
         polish=False,
         tol=0.0,
     )
-    return motion(found.x if math.isfinite(found.fun) else start)
+    return motion(found.x if math.isfinite(found.fun) else start), whole
 
 
 def told(

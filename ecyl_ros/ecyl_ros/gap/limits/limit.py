@@ -41,7 +41,8 @@ class Alike:
     Attributes:
         effects: the one that acts, and the one that it would be taken for.
         separation: RMS over all signals, in noise floors, of what the second leaves of the first
-            beside the sheet, when the first is `times` as large as the smallest that is seen.
+            beside the sheet, its price included, when the first is `times` as large as the
+            smallest that is seen.
         needed: the same that it takes to tell them.
     """
 
