@@ -143,7 +143,7 @@ def test_bad_setpoints_are_refused_and_counted(position: float, reason: str) -> 
         ("sine:amplitude=0.1,frequency=10", "limits.speed"),
         ("moves:positions=a;b", "expected numbers"),
         ("multisine:amplitude=1e-5,start=2,end=1,base=0.5", "no line"),
-        ("waltz:tempo=3", "neither a recording nor one of"),
+        ("waltz:tempo=3", "neither a recording, a motion file, nor one of"),
         ("setpoint:now", "neither a recording"),
     ],
 )

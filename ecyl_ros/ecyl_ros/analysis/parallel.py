@@ -35,6 +35,7 @@ def over(
     jobs: int | None = None,
     dask: str | None = None,
     progress: Callable[[float], None] | None = None,
+    each: Callable[[Result], None] | None = None,
 ) -> list[Result]:
     """`[function(one) for one in arguments]`, side by side.
 
@@ -47,6 +48,7 @@ def over(
         jobs: processes; all cores unless given. 1 stays in this process. Not used with `dask`.
         dask: address of a Dask scheduler, `tcp://host:port`, whose workers have this package.
         progress: called with the share done.
+        each: called here with every result as it comes, in any order; none is kept then.
 
     Raises:
         InputError: no scheduler answers, or Dask is not installed.
@@ -54,19 +56,22 @@ def over(
     """
     results: list[Any] = [None] * len(arguments)
     done = 0
-    with _backend(dask, min(jobs or cores(), max(1, len(arguments)))) as chosen:
+    with backend(dask, min(jobs or cores(), max(1, len(arguments)))) as chosen:
         tasks = (delayed(_call)(function, index, one) for index, one in enumerate(arguments))
         try:
             for index, result in Parallel(return_as="generator_unordered", **chosen)(tasks):
-                results[index] = result
                 done += 1
+                if each is None:
+                    results[index] = result
+                else:
+                    each(result)
                 if progress is not None:
                     progress(done / len(arguments))
         except TerminatedWorkerError:
             raise WorkerError(
                 f"a worker process died after {done} of {len(arguments)} runs; out of memory?"
             ) from None
-        except _lost_on_cluster(dask) as error:
+        except lost_on_cluster(dask) as error:
             raise WorkerError(
                 f"{dask}: the cluster failed after {done} of {len(arguments)} runs: "
                 f"{type(error).__name__}"
@@ -80,7 +85,8 @@ def _call(function: Callable[[Any], Any], index: int, argument: Any) -> tuple[in
 
 
 @contextmanager
-def _backend(dask: str | None, jobs: int) -> Iterator[dict[str, Any]]:
+def backend(dask: str | None, jobs: int) -> Iterator[dict[str, Any]]:
+    """What `joblib.Parallel` takes to run on so many cores, or on a cluster; see `over`."""
     if dask is None:
         with ended_together(when_done=False) if jobs > 1 else nullcontext():
             yield {"n_jobs": jobs}
@@ -104,7 +110,8 @@ def _backend(dask: str | None, jobs: int) -> Iterator[dict[str, Any]]:
             yield {"n_jobs": -1}
 
 
-def _lost_on_cluster(dask: str | None) -> tuple[type[BaseException], ...]:
+def lost_on_cluster(dask: str | None) -> tuple[type[BaseException], ...]:
+    """What is raised where a cluster loses its workers."""
     if dask is None:
         return ()
     from distributed import KilledWorker

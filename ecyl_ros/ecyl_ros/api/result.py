@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import dataclasses
 import json
-import math
 import os
-from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..errors import InputError
 from ..gap.diagnosis import Diagnosis
+from ..gap.plain import finite
 from ..gap.report.page import write_report
 from ..gap.report.scrub import write_scrub
 from ..gap.report.terminal import summary
@@ -72,7 +71,7 @@ class DiagnosisResult(Diagnosis):
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data as `ecyl diagnose --json` writes it; None for numbers that are not finite."""
-        data: dict[str, Any] = _finite(self.as_json())
+        data: dict[str, Any] = finite(self.as_json())
         return data
 
     def write_json(self, path: str | os.PathLike[str]) -> None:
@@ -99,14 +98,3 @@ class DiagnosisResult(Diagnosis):
                 "drive) with a path or a profile's name"
             )
         write_twin(self, self.drive_file, Path(path))
-
-
-def _finite(data: Any) -> Any:
-    """Plain data with None for numbers that JSON does not know."""
-    if isinstance(data, dict):
-        return {key: _finite(value) for key, value in data.items()}
-    if isinstance(data, str):
-        return data
-    if isinstance(data, float):
-        return data if math.isfinite(data) else None
-    return [_finite(value) for value in data] if isinstance(data, Iterable) else data

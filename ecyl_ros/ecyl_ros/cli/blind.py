@@ -69,6 +69,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--jobs", type=int, default=2, metavar="J", help="worker processes (default 2)"
     )
     parser.add_argument(
+        "--dask", metavar="ADDRESS", help="run on the Dask cluster of this scheduler instead"
+    )
+    parser.add_argument(
         "--resume", action="store_true", help="go on with the study that --json OUT was cut off at"
     )
 
@@ -216,6 +219,7 @@ def _study(
             product_diagnosis,
             baselines=not options.no_baselines,
             workers=options.jobs,
+            dask=options.dask,
             on_outcome=came,
         )
     return [done[case.index] for case in cases]

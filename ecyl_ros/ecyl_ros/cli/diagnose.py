@@ -6,7 +6,8 @@ import argparse
 import sys
 from pathlib import Path
 
-from ..errors import InputError
+from .diagnose_each import add_each, refuse_alone, run_each
+from .drive_kind import check_kind
 from .outputs import add_overwrite, check_outputs
 from .progress import progress_bar
 from .recording_options import add_recording, add_span, read_map, read_span
@@ -46,6 +47,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="write recorded and simulated signals, residuals and events, to scrub through",
     )
     add_overwrite(parser)
+    add_each(parser)
 
 
 def run(options: argparse.Namespace) -> int:
@@ -53,6 +55,9 @@ def run(options: argparse.Namespace) -> int:
     from ..drive.drive_file import resolve_drive
 
     drive_file = resolve_drive(options.drive)
+    if options.each:
+        return run_each(options, drive_file)
+    refuse_alone(options)
     check_outputs(
         {
             "--json": options.json,
@@ -64,7 +69,7 @@ def run(options: argparse.Namespace) -> int:
         overwrite=options.overwrite,
         suffixes={"--write-mcap": ".mcap"},
     )
-    _check_kind(options, drive_file)
+    check_kind(options, drive_file)
     read_span(options)  # refused before anything is read
     signal_map = read_map(options)
 
@@ -99,22 +104,3 @@ def run(options: argparse.Namespace) -> int:
             file=sys.stderr,
         )
     return 0
-
-
-def _check_kind(options: argparse.Namespace, drive_file: Path) -> None:
-    """Refuse flags that mean nothing for the kind of drive that the file describes."""
-    from ..drive.model_file import load_model
-    from ..drive.parameters import DriveParameters
-
-    drive = load_model(drive_file)
-    if isinstance(drive, DriveParameters):
-        if options.mode is not None:
-            raise InputError(
-                f"--mode {options.mode:g}: {drive_file} describes a full cylinder; expected a "
-                "drive file with drive.kind, see docs/drive-file.md"
-            )
-    elif options.write_drive is not None and drive.kind == "follower":
-        raise InputError(
-            f"--write-drive {options.write_drive}: not for a drive of kind follower; what is known "
-            "of it is in the JSON and the report, under what was measured"
-        )

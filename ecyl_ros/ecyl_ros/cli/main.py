@@ -19,6 +19,7 @@ VERBS = {
     "run": "launch the nodes, record the graph, print the tracking figures",
     "simulate": "the same run on the engine alone, without a graph",
     "analyse": "tracking figures, spectrum and IMFs of a recording",
+    "plan": "the motion that tells what is still open, with what it would show",
     "replay": "publish a recording again with its own timing",
     "mend": "close a recording whose recorder was killed",
     "inspect": "what a recording holds: topics, rates, gaps, clocks, ranges, a proposed map",

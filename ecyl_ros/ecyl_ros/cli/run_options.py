@@ -31,13 +31,13 @@ def add_run_arguments(parser: argparse.ArgumentParser) -> None:
         required=True,
         metavar="SPEC",
         help="sine:amplitude=2e-5,frequency=1 | chirp:... | multisine:... | "
-        "moves:... | setpoint | a recording whose reference is played",
+        "moves:... | setpoint | a recording whose reference is played | motion.yaml of ecyl plan",
     )
     parser.add_argument(
         "--duration",
         type=float,
         metavar="S",
-        help="seconds to run; without it a recording's length, or until Ctrl-C",
+        help="seconds to run; without it the length of a recording or motion, or until Ctrl-C",
     )
     parser.add_argument(
         "--out",
@@ -76,6 +76,7 @@ class Run:
 def checked_run(options: argparse.Namespace) -> Run:
     """Check everything that can be checked before a node is started; raises InputError."""
     from ..drive.drive_file import load_drive, resolve_drive
+    from ..drive.reference.planned import Planned
     from ..drive.reference.recorded import Recorded
     from ..drive.reference.spec import make_reference
     from ..drive.stability import check_stability
@@ -93,7 +94,7 @@ def checked_run(options: argparse.Namespace) -> Run:
     drive = load_drive(path)
     check_stability(drive, str(path))
     reference = make_reference(options.reference, drive, duration or 60.0)
-    if duration is None and isinstance(reference, Recorded):
+    if duration is None and isinstance(reference, Recorded | Planned):
         duration = reference.duration_s + 1.0 / drive.sample_rate
     if duration is not None and options.skip >= duration:
         raise InputError(f"--skip = {options.skip:g}, expected less than {duration:g} s of run")
@@ -112,7 +113,7 @@ def checked_run(options: argparse.Namespace) -> Run:
             file=sys.stderr,
         )
     spec = options.reference
-    if isinstance(reference, Recorded):
+    if isinstance(reference, Recorded | Planned):
         spec = str(Path(spec).resolve())
     return Run(path, drive, reference, spec, duration, out)
 

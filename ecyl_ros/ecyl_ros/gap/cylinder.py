@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable, Collection, Sequence
 
 import numpy as np
@@ -20,6 +21,7 @@ from .earn import AT_FLOOR, EXCUSED, at_noise, gone
 from .fit import Fit, Fitter
 from .intervals import intervals
 from .left_out import costs, not_to_be_judged, with_coupling
+from .limits.cylinder import limits_of
 from .locate import by_condition, by_frequency, by_port, by_signal, pooled
 from .replay import BoolArray, Replay
 from .robust import misfit
@@ -66,10 +68,10 @@ def diagnose_cylinder(
     fitter.test_floor(nominal)
     no_gap = at_floor(nominal, replay)
     remarks: list[str] = []
+    barred = {*without, *not_to_be_judged(drive)}
     if no_gap:
         competition = Competition(nominal, nominal, (), nominal, (), {})
     else:
-        barred = {*without, *not_to_be_judged(drive)}
         names = [name for name in CATALOGUE if name not in barred]
         competition = compete(
             fitter, nominal, names, lambda stage, share: tell(0.02 + 0.93 * share)
@@ -80,7 +82,10 @@ def diagnose_cylinder(
         for sort_out in (without_strained, without_unclear, without_traces, _without_unsure):
             competition, said = sort_out(competition, fitter)
             remarks += said
-    return _assemble(replay, fitter, competition, remarks, no_gap, source, drive_name)
+    found, final = _assemble(replay, fitter, competition, remarks, no_gap, source, drive_name)
+    tell(0.95)
+    limits, not_told = limits_of(fitter, final, barred)
+    return dataclasses.replace(found, limits=limits, alike=not_told, replays=fitter.replay.runs)
 
 
 def _without_unsure(competition: Competition, fitter: Fitter) -> tuple[Competition, list[str]]:
@@ -118,7 +123,8 @@ def _assemble(
     no_gap: bool,
     source: str,
     drive_name: str,
-) -> Diagnosis:
+) -> tuple[Diagnosis, Fit]:
+    """What is said, and the model that it is said of."""
     nominal, winner, alone = competition.nominal, competition.winner, competition.sheet
     within_sheet = not no_gap and alone is not nominal and at_noise(fitter, alone)
     held: BoolArray = fitter.held
@@ -196,7 +202,7 @@ def _assemble(
     sheet = _sheet(fitter, final)
     notes += costs(replay.drive, sheet)
     pool = [competition.winner, *competition.rivals, *competition.singles, competition.sheet]
-    return Diagnosis(
+    diagnosis = Diagnosis(
         source=source,
         drive=drive_name,
         verdict=verdict,
@@ -237,6 +243,7 @@ def _assemble(
         sheet=sheet,
         within_sheet=in_all(alone),
     )
+    return diagnosis, final
 
 
 def _sheet(fitter: Fitter, final: Fit) -> tuple[SheetValue, ...]:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..drive.rigid.machine import Machine
+from .limits.limit import Alike, Limit
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -228,6 +229,8 @@ class Diagnosis:
         stretches: of a long recording, those that were looked at, by time.
         caution: what has to be put right before anything else holds (a signal of the wrong sign).
         reason: of `not_judgeable`, what recording would do.
+        limits: the smallest size of each effect, beside what was found, that the recording would
+            have shown; alike: pairs of effects that it hardly tells apart.
         closest: of a rigid drive, the machine that comes closest to the recording, values fitted to
             all of it. judged: the one that the gap after is of, fitted without what is held out.
     """
@@ -266,6 +269,8 @@ class Diagnosis:
     within_sheet: float | None = None
     caution: str = ""
     reason: str = ""
+    limits: tuple[Limit, ...] = ()
+    alike: tuple[Alike, ...] = ()
     closest: Machine | None = None
     judged: Machine | None = None
 
@@ -326,6 +331,8 @@ class Diagnosis:
                 }
                 for one in self.sheet
             ],
+            "limits": [one.as_json() for one in self.limits],
+            "alike": [one.as_json() for one in self.alike],
             "misfit": {
                 "before": self.misfit_before,
                 "after": self.misfit_after,

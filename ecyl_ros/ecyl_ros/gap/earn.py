@@ -8,8 +8,8 @@ from .strain import most_strained
 
 AT_FLOOR = 1.14  # times a perfect model's misfit: a model this close needs no further effect
 EXCUSED = 0.75  # of the gap must be gone before noise round the loop may excuse the rest
-_WORTH = 0.6  # a further effect must bring the square of the misfit's surplus below this share ...
-_LEAST = 0.04  # ... and lower the square itself by this
+WORTH = 0.6  # a further effect must bring the square of the misfit's surplus below this share ...
+LEAST = 0.04  # ... and lower the square itself by this
 
 
 def at_noise(fitter: Fitter, fit: Fit) -> bool:
@@ -35,6 +35,6 @@ def earns(fitter: Fitter, with_it: Fit, without: Fit) -> bool:
     perfect = fitter.perfect_with(with_it.values)
     for after, before in ((with_it.fitted, without.fitted), (with_it.judged, without.judged)):
         floor = min(0.95 * perfect**2, after)
-        if before - after < _LEAST or (after - floor) > _WORTH * (before - floor):
+        if before - after < LEAST or (after - floor) > WORTH * (before - floor):
             return False
     return True

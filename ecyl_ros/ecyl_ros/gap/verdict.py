@@ -23,7 +23,7 @@ _NEAR, _FAR = 1.05, 1.2  # misfits over that of a perfect model: at the floor, a
 _CLEAR = 1.7  # times the winner's misfit: a rival further off is not close
 NAMED = 0.6  # a cause less sure than this is not named
 SEEN = 0.8  # tolerances: an interval as wide as the sheet's says nothing new
-_INDISTINCT = 0.02  # squared misfits closer than this share cannot be told apart
+INDISTINCT = 0.02  # squared misfits closer than this share cannot be told apart
 _MOST_CANDIDATES = 12
 
 
@@ -175,7 +175,7 @@ def alternatives(competition: Competition, effect: str) -> tuple[str, ...]:
         freedom = len(CATALOGUE[other].parameters) - len(CATALOGUE[effect].parameters)
         if freedom > 0 or effect in CATALOGUE[other].refines:
             continue
-        if rival.judged - winner.judged < _INDISTINCT * winner.judged:
+        if rival.judged - winner.judged < INDISTINCT * winner.judged:
             found.append(other)
     return tuple(found)
 

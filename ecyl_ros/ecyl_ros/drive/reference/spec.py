@@ -1,4 +1,6 @@
-"""References from text: `sine:amplitude=2e-5,frequency=1`, `moves:...`, `setpoint`, or a recording.
+"""References from text: `sine:amplitude=2e-5,frequency=1`, `moves:...`, `setpoint`, or a file.
+
+A file is a recording, whose reference is played, or a planned motion (`.yaml`).
 
 The same text serves the command line and the reference node's parameter. Numbers are SI; lists are
 separated by semicolons.
@@ -18,6 +20,7 @@ from .base import Reference
 from .chirp import Chirp
 from .moves import Moves
 from .multisine import Multisine
+from .planned import SUFFIXES, read_planned
 from .setpoint import SetpointFollower
 from .sine import Sine
 
@@ -47,7 +50,7 @@ def usage() -> str:
             for item in dataclasses.fields(kind)
         ]
         lines.append(f"{name}:{','.join(words)}")
-    return "\n".join([*lines, "setpoint", "PATH of a recording"])
+    return "\n".join([*lines, "setpoint", "PATH of a recording, or of a motion (.yaml)"])
 
 
 def _value(text: str, item: dataclasses.Field, spec: str) -> Any:
@@ -129,6 +132,10 @@ def make_reference(spec: str, drive: DriveParameters, duration_s: float) -> Refe
             reference.start, reference.base
         ):
             raise InputError(f"reference {spec}: no line of base lies between start and end")
+    elif spec.endswith(SUFFIXES) and Path(spec).exists():
+        planned = read_planned(spec)
+        planned.check(drive.limits, spec)
+        reference = planned
     elif Path(spec).exists():
         from ...recording.reader import read_recording
         from .recorded import Recorded
@@ -136,7 +143,7 @@ def make_reference(spec: str, drive: DriveParameters, duration_s: float) -> Refe
         reference = Recorded.from_recording(read_recording(Path(spec)), spec)
     else:
         raise InputError(
-            f"reference {spec}: neither a recording nor one of "
+            f"reference {spec}: neither a recording, a motion file, nor one of "
             f"{', '.join([*KINDS, 'setpoint'])}; expected e.g. sine:amplitude=2e-5,frequency=1"
         )
     check_within_limits(reference, drive.limits, duration_s, spec)

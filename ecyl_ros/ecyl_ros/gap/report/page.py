@@ -10,7 +10,7 @@ from ... import __version__
 from ...effects.catalogue import CATALOGUE
 from ...recording.atomic import write_text
 from ..diagnosis import Cause, Diagnosis, FittedParameter
-from . import pulls, residual, stretch, words
+from . import limits, pulls, residual, stretch, words
 from . import quantities as q
 from .markup import escape, figure, key, table, typeset
 from .rivals import contains
@@ -34,6 +34,7 @@ def report_html(diagnosis: Diagnosis) -> str:
         _stretch(diagnosis),
         _causes(diagnosis),
         _sheet(diagnosis),
+        _limits(diagnosis),
         _measured(diagnosis),
         _where(diagnosis),
         _stretches(diagnosis),
@@ -210,6 +211,37 @@ def _sheet(diagnosis: Diagnosis) -> str:
         "the sheet, the constant is not seen here."
     )
     return _section("The sheet", table(caption, head, rows))
+
+
+def _limits(diagnosis: Diagnosis) -> str:
+    if not diagnosis.limits:
+        return ""
+    head = [("effect", ""), ("seen from", "num"), ("in SI", "num"), ("stated for", "")]
+    first = limits.chosen(diagnosis)
+    rows = []
+    for one in [*first, *(one for one in diagnosis.limits if one not in first)]:
+        seen = "" if one.smallest_seen is None else f"{one.smallest_seen:.3g}"
+        label = typeset(words.heading(one.effect))
+        rows.append(
+            [
+                f"<b>{label}</b>" if one in first else label,
+                typeset(limits.size(one)),
+                typeset(q.joined(seen, one.unit)) if seen else "",
+                typeset(limits.at(one)),
+            ]
+        )
+    caption = (
+        "The smallest size of each effect, beside what was found, that this recording would have "
+        "shown on 95 of 100 machines within the sheet. Smaller ones could hide in it."
+    )
+    alike = "".join(f"<li>{typeset(one)}</li>" for one in limits.pairs(diagnosis))
+    said = limits.sentence(diagnosis)
+    return _section(
+        "What this recording could have shown",
+        f"<p>{typeset(said)}</p>" if said else "",
+        f"<ul>{alike}</ul>" if alike else "",
+        table(caption, head, rows),
+    )
 
 
 def _where(diagnosis: Diagnosis) -> str:

@@ -6,13 +6,14 @@ import textwrap
 from collections.abc import Sequence
 
 from ..diagnosis import Diagnosis
+from . import limits, words
 from . import quantities as q
-from . import words
 from .rivals import runner_up
 from .verdict import sentence, telling_condition
 
 _WIDTH = 96
 _MOST_NOTES = 3
+_MOST_PAIRS = 2
 
 
 def summary(diagnosis: Diagnosis, written: Sequence[str] = ()) -> str:
@@ -23,6 +24,7 @@ def summary(diagnosis: Diagnosis, written: Sequence[str] = ()) -> str:
         _signals(diagnosis),
         _measured(diagnosis),
         _sheet(diagnosis),
+        _limits(diagnosis),
         "\n".join([*_where(diagnosis), *_runner_up(diagnosis), *_notes(diagnosis)]),
         "\n".join(f"{'written':<10}{_clean(one)}" for one in written),
     ]
@@ -100,6 +102,12 @@ def _sheet(diagnosis: Diagnosis) -> str:
     unseen = [words.constant(one.parameter) for one in diagnosis.sheet if not one.seen]
     table = _table(rows, (1, 2, 4))
     return f"{table}\nnot seen here: {', '.join(unseen)}" if unseen else table
+
+
+def _limits(diagnosis: Diagnosis) -> str:
+    """How large a fault could have hidden, of the five that matter, and what looks alike."""
+    lines = [limits.sentence(diagnosis), *limits.pairs(diagnosis)[:_MOST_PAIRS]]
+    return "\n".join(textwrap.fill(one, _WIDTH) for one in lines if one)
 
 
 def _where(diagnosis: Diagnosis) -> list[str]:

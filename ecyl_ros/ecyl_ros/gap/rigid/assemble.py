@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from ...drive.rigid.machine import Machine
 from ...effects.catalogue import CATALOGUE
 from ...recording.signals import Recording
 from ..diagnosis import Candidate, Cause, Diagnosis, FittedParameter, FloatArray, Series, SignalGap
+from ..limits.rigid import rigid_limits
 from ..verdict import ranked
 from .closest import closest
 from .judge import Judgement, Ruling
@@ -28,6 +29,7 @@ def assembled(
     recording: Recording,
     source: str,
     drive_name: str,
+    without: Collection[str] = (),
 ) -> Diagnosis:
     """Rule, replay, and put together what is said. mode: that was judged, None for all."""
     ruling = judgement.rule()
@@ -83,6 +85,7 @@ def assembled(
         sheet=sheet_values(judgement.whole.terms, judgement.spans, along.machine, along.units),
         within_sheet=ruling.after / spread if ruling.verdict == "within_sheet" else None,
         reason=ruling.reason,
+        limits=rigid_limits(judgement, without),
     )
 
 

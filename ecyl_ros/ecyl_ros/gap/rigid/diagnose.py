@@ -92,7 +92,7 @@ def diagnose_rigid(
             break
         contest = concluded(null, floor, without, contest, simplest)
         judgement = Judgement(null, contest, floor, floor_is)
-    return assembled(judgement, mode, recording, source, drive_name)
+    return assembled(judgement, mode, recording, source, drive_name, without)
 
 
 def _part(tell: Callable[[float], None], number: int) -> Callable[[float], None]:

@@ -21,7 +21,7 @@ from .terms import free_means
 
 LEAST_GAIN = 0.12  # of the squared residual above the floor
 SURE = 2.5  # standard errors over the stretches, fitted ones
-_HELD_SURE = 1.3  # the same on the held-out ones, which are fewer: two clear passes, not one
+HELD_SURE = 1.3  # the same on the held-out ones, which are fewer: two clear passes, not one
 _AT_FLOOR = 0.5  # share of the squared residual that may be explained even at the floor
 _WORST = 6.0  # times the median stretch: what one stretch counts at the most
 _HURT = 4.0  # times that, where an effect is left out: it may hurt in few places
@@ -65,7 +65,7 @@ class Gain(NamedTuple):
     def kept(self) -> bool:
         """The same on fewer stretches, which have to say so a second time."""
         share = self.share >= 0.5 * LEAST_GAIN
-        return self._relieved or (share and self.sureness >= _HELD_SURE)
+        return self._relieved or (share and self.sureness >= HELD_SURE)
 
     @property
     def likely(self) -> bool:

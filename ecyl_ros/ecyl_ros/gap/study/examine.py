@@ -122,17 +122,18 @@ def run_study(
     *,
     baselines: bool = True,
     workers: int = 2,
+    dask: str | None = None,
     on_outcome: Callable[[Outcome], None] | None = None,
 ) -> list[Outcome]:
     """Examine all cases in `workers` processes; outcomes in the order of the cases.
 
-    on_outcome: called with each outcome as it comes, in any order. Raises StudyError if a worker
-    is killed.
+    dask: see `workers.in_processes`. on_outcome: called with each outcome as it comes, in any
+    order. Raises StudyError if a worker is killed.
     """
     examined = partial(examine, drives=drives, subject=subject, baselines=baselines)
     outcomes: dict[int, Outcome] = {}
     try:
-        for outcome in in_processes(examined, cases, workers):
+        for outcome in in_processes(examined, cases, workers, dask):
             outcomes[outcome.index] = outcome
             if on_outcome is not None:
                 on_outcome(outcome)

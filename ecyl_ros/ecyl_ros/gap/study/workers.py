@@ -9,6 +9,8 @@ from typing import TypeVar
 from joblib import Parallel, delayed
 from joblib.externals.loky.process_executor import TerminatedWorkerError
 
+from ...analysis.parallel import backend, lost_on_cluster
+
 Item = TypeVar("Item")
 Result = TypeVar("Result")
 
@@ -18,19 +20,27 @@ class WorkerDied(Exception):
 
 
 def in_processes(
-    function: Callable[[Item], Result], items: Sequence[Item], workers: int
+    function: Callable[[Item], Result],
+    items: Sequence[Item],
+    workers: int,
+    dask: str | None = None,
 ) -> Iterator[Result]:
     """Results in any order as they come; with one worker in this process, one after another.
 
-    Raises WorkerDied if a worker is killed.
+    dask: address of a Dask scheduler that is to do it instead.
+
+    Raises WorkerDied if a worker is killed, InputError if no scheduler answers.
     """
     if not items:
         return
-    spread = Parallel(n_jobs=min(workers, len(items)), return_as="generator_unordered")
-    try:
-        with warnings.catch_warnings():
-            # A worker whose memory has grown is replaced in between: nothing to warn users of.
-            warnings.filterwarnings("ignore", message="A worker stopped while some jobs")
-            yield from spread(delayed(function)(item) for item in items)
-    except TerminatedWorkerError as error:
-        raise WorkerDied(str(error).splitlines()[0]) from None
+    with backend(dask, min(workers, len(items))) as chosen:
+        spread = Parallel(return_as="generator_unordered", **chosen)
+        try:
+            with warnings.catch_warnings():
+                # A worker whose memory has grown is replaced in between: nothing to warn users of.
+                warnings.filterwarnings("ignore", message="A worker stopped while some jobs")
+                yield from spread(delayed(function)(item) for item in items)
+        except TerminatedWorkerError as error:
+            raise WorkerDied(str(error).splitlines()[0]) from None
+        except lost_on_cluster(dask) as error:
+            raise WorkerDied(f"{dask}: the cluster failed: {type(error).__name__}") from None

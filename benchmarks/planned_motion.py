@@ -1,0 +1,142 @@
+"""Planned separations against those measured once the motion is played, and against other motions.
+
+    python benchmarks/planned_motion.py --seed 1
+
+For each pair of effects that are known to look alike, a motion is planned, and a machine of the
+blind study (equations of its own, constants off the sheet) with either effect plays it, and moves
+of the same limits and time. Both effects are then fitted to each recording beside the sheet;
+measured is what the wrong one leaves above the right one, as the plan counts it.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import sys
+import time
+
+import numpy as np
+from detection_limits import fitter_of, sheet_alone, true_pulls
+
+from ecyl_ros.drive.drive_file import load_drive, resolve_drive
+from ecyl_ros.drive.parameters import DriveParameters
+from ecyl_ros.drive.reference.base import Reference
+from ecyl_ros.gap.descent import search
+from ecyl_ros.gap.fit import Fit, Fitter
+from ecyl_ros.gap.replay import SIGNALS
+from ecyl_ros.gap.robust import cost
+from ecyl_ros.gap.stages import FINE, MEDIUM
+from ecyl_ros.gap.study.cylinder.cases import stated
+from ecyl_ros.gap.study.cylinder.machine import record_machine
+from ecyl_ros.gap.study.cylinder.stage import Setup, Stage
+from ecyl_ros.plan.hypotheses import Hypothesis
+from ecyl_ros.plan.make import make_plan
+
+PAIRS = (
+    ("rotor_coulomb_friction", "load_coulomb_friction"),
+    ("rotor_viscous_friction", "load_viscous_friction"),
+    ("constant_load", "current_sensor_offset"),
+    ("measurement_delay", "actuation_delay"),
+    ("backlash_error", "stiffness_error"),
+    ("inverter_dead_time", "resistance_error"),
+    ("rotor_inertia_error", "load_inertia_error"),
+    ("torque_constant_error", "back_emf_error"),
+)
+FACTOR, WANTED = 1.5, 0.9
+PLAYED = ("planned", "moves")
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--drive", default="bench")
+    parser.add_argument("--sheet", type=float, default=0.01)
+    parser.add_argument("--duration", type=float, default=6.0)
+    parser.add_argument("--pairs", type=int, default=len(PAIRS), help="the first so many")
+    options = parser.parse_args()
+    drive = load_drive(resolve_drive(options.drive))
+    nominal = stated(drive, options.sheet)
+    signals = tuple(one.name for one in SIGNALS)
+    ratios: list[float] = []
+    better = 0
+    for row, names in enumerate(PAIRS[: options.pairs]):
+        begin = time.perf_counter()
+        plan = make_plan(nominal, options.duration, [names], [], {}, signals, [], budget_s=30.0)
+        found = {one.motion: one for one in plan.predictions}
+        usual = {name: one.apart[0] for name, one in found.items() if name != "planned"}
+        better += found["planned"].apart[0] > max(usual.values())
+        print(
+            f"{names[0]} | {names[1]}: planned {found['planned'].apart[0]:.2f}, "
+            + ", ".join(f"{name} {value:.2f}" for name, value in usual.items())
+            + f" ({time.perf_counter() - begin:.0f} s)",
+            flush=True,
+        )
+        pair = plan.pairs[0]
+        stage = Stage.of(1000 * options.seed + row, Setup(drive), options.sheet)
+        for motion in PLAYED:
+            measured = min(
+                _measured(acting, other, found[motion].reference, drive, nominal, stage, options)
+                for acting, other in ((pair.first, pair.second), (pair.second, pair.first))
+            )
+            predicted = found[motion].apart[0]
+            ratios.append(measured / predicted)
+            print(
+                f"    {motion:8s} predicted {predicted:.3f}, measured {measured:.3f}, ratio "
+                f"{ratios[-1]:.2f}",
+                flush=True,
+            )
+    within = sum(1.0 / FACTOR <= one <= FACTOR for one in ratios) / len(ratios)
+    print(f"{100.0 * within:.0f} % of {len(ratios)} within a factor of {FACTOR:g}")
+    print(f"planned motion best of all in {better} of {options.pairs} pairs")
+    return 0 if within >= WANTED else 1
+
+
+def _measured(
+    acting: Hypothesis,
+    other: Hypothesis,
+    reference: Reference,
+    drive: DriveParameters,
+    nominal: DriveParameters,
+    stage: Stage,
+    options: argparse.Namespace,
+) -> float:
+    """What the other effect leaves above the one that acts, in floors."""
+    ticks = round(options.duration * drive.controller.rate) + 1
+    shown = np.array([reference.sample(tick / drive.controller.rate) for tick in range(ticks)])
+    machine = stage.with_effects({acting.effect: dict(acting.values)}, options.seed)
+    recording = record_machine(
+        machine, stage.nuisances, drive, (shown[:, 0].copy(), shown[:, 1].copy())
+    )
+    fitter = fitter_of(recording, nominal)
+    right = _fitted(fitter, acting, stage)
+    alone = sheet_alone(fitter, stage)
+    start = fitter.evaluate({other.effect: other.values}, alone.pulls)
+    wrong = min(
+        (_settled(fitter, one) for one in (search(fitter, start, alone), _near(fitter, start))),
+        key=lambda one: one.fitted,
+    )
+    # An effect that does worse than the sheet alone would not be taken for anything.
+    left = min(_priced(fitter, wrong), _priced(fitter, alone))
+    return math.sqrt(max(left - _priced(fitter, right), 0.0))
+
+
+def _priced(fitter: Fitter, fit: Fit) -> float:
+    """Mean square on all rows, with the price of the sheet."""
+    return fitter.sheet.priced(cost(fit.gap, fitter.replay.usable), fit.pulls)
+
+
+def _fitted(fitter: Fitter, one: Hypothesis, stage: Stage) -> Fit:
+    start = fitter.evaluate({one.effect: one.values}, true_pulls(fitter, stage))
+    return _settled(fitter, start)
+
+
+def _near(fitter: Fitter, start: Fit) -> Fit:
+    return fitter.fit(start, steps=6, stage=MEDIUM)
+
+
+def _settled(fitter: Fitter, start: Fit) -> Fit:
+    return fitter.fit(fitter.fit(start, steps=6, stage=MEDIUM), steps=6, stage=FINE)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,1 @@
+"""How small a fault a recording would have shown, and which faults it cannot tell apart."""

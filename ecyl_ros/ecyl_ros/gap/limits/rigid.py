@@ -1,0 +1,188 @@
+"""The limits of a rigid drive's recording: from the columns that its effects competed with.
+
+An effect is seen where it earns its place by what the competition asks (`sets.Gain`): a good part
+of what stands above the floor, and more than the stretches differ among themselves, on fitted and
+on held-out ones; and where the model without it no longer stands at the floor (`judge`). What the
+sheet's constants and the named effects can do in its place is taken out first, at its price.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ...effects.catalogue import RIGID
+from ...effects.term import Term
+from ..rigid.balance import Balance, Solution
+from ..rigid.sets import HELD_SURE, LEAST_GAIN, SURE, Sets
+from ..strain import STRAINED
+from ..verdict import NO_GAP_RATIO
+from .limit import Limit
+
+if TYPE_CHECKING:
+    from ..diagnosis import BoolArray, FloatArray
+    from ..rigid.judge import Judgement
+
+_ONE_SIDED = 1.645  # standard errors: seen with 95 %
+_DIRECTIONS = 8  # phases of a sine that are looked at
+_BISECTIONS = 40
+_OUT = math.sqrt(STRAINED / 4.0)  # tolerances from which a constant counts as strained
+
+
+def rigid_limits(judgement: Judgement, without: Collection[str] = ()) -> tuple[Limit, ...]:
+    """What the recording would have shown beside the set that was judged.
+
+    without: effects that did not compete.
+    """
+    sets = Sets(judgement.null, judgement.floor, without)
+    order = list(judgement.contest.order)
+    current = judgement.null.fit(order)
+    named = {one.effect for one in order} | {name for one in order for name in one.refines}
+    first: dict[str, Term] = {}
+    for term in sets.candidates(current, order):
+        first.setdefault(term.effect, term)
+    found = []
+    for term in first.values():
+        if term.effect not in named:
+            limit = _limit(judgement, current, term)
+            if limit is not None:
+                found.append(limit)
+    return tuple(found)
+
+
+def _limit(judgement: Judgement, current: Solution, term: Term) -> Limit | None:
+    """Of one effect; None where it has no size of its own."""
+    balance = judgement.balance
+    columns = balance.columns([term])
+    beside = [one for one in current.terms if one.effect != term.effect]
+    prior = _prior(current, beside)
+    fitted, judged = balance.fitted, balance.judged
+    basis = balance.columns(beside)
+    sines = columns.shape[1] == 2 and term.rate != 0.0
+    weights = current.weights[fitted]
+    wanted = columns if sines else columns[:, :1]
+    if basis.shape[1]:
+        held = basis[fitted] * weights[:, None]
+        gram = held.T @ basis[fitted] + np.diag(prior**2 * current.share)
+        size = np.sqrt(np.maximum(np.diag(gram), 1e-300))
+        solved = np.linalg.lstsq(
+            gram / np.outer(size, size), held.T @ wanted[fitted] / size[:, None], rcond=1e-10
+        )[0]
+        wanted = wanted - basis @ (solved / size[:, None])
+    ways: list[tuple[float, ...]] = [(1.0,)]
+    if sines:
+        turns = math.pi * np.arange(_DIRECTIONS) / _DIRECTIONS
+        ways = [(math.cos(one), math.sin(one)) for one in turns]
+    worst, way = 0.0, ways[0]
+    for one in ways:
+        response = wanted @ np.array(one)
+        smallest = _smallest(judgement, current, response, (fitted, judged))
+        if smallest > worst:
+            worst, way = smallest, one
+    own = next((one for one in judgement.null.uncertain if one.term.effect == term.effect), None)
+    if own is not None and RIGID[term.effect].constant[not judgement.machine.linear]:
+        worst = max(worst, _OUT * own.width)
+    asked = (columns if sines else columns[:, :1]) @ np.array(way)
+    if worst * float(np.std(asked[balance.usable])) > judgement.spread:
+        worst = math.inf  # as large as all that was recorded: no size to speak of
+    return _told(term, worst, way, columns.shape[1])
+
+
+def _smallest(
+    judgement: Judgement,
+    current: Solution,
+    response: FloatArray,
+    rows: tuple[BoolArray, BoolArray],
+) -> float:
+    """Multiple of a response, float64[m], that is seen with 95 %; inf where none is."""
+    balance, floor = judgement.balance, judgement.floor
+    both = [
+        _Stretches(balance, current.residual, response, on, least, sure, floor)
+        for on, least, sure in zip(
+            rows, (LEAST_GAIN, 0.5 * LEAST_GAIN), (SURE, HELD_SURE), strict=True
+        )
+        if on.any()
+    ]
+    power = float(np.mean(response[balance.usable] ** 2))
+    if not power > 0.0:
+        return math.inf
+    unit = floor / math.sqrt(power)
+    low, high = 1e-3, 1e4
+    if not all(one.seen(high * unit) for one in both):
+        return math.inf
+    for _ in range(_BISECTIONS):
+        middle = math.sqrt(low * high)
+        seen = all(one.seen(middle * unit) for one in both)
+        low, high = (low, middle) if seen else (middle, high)
+    return high * unit
+
+
+class _Stretches:
+    """What a response of any size adds to the squared residual of each stretch."""
+
+    def __init__(
+        self,
+        balance: Balance,
+        residual: FloatArray,
+        response: FloatArray,
+        rows: BoolArray,
+        least: float,
+        sure: float,
+        floor: float,
+    ) -> None:
+        self._own = balance.by_stretch(response**2, rows)
+        self._across = balance.by_stretch(residual * response, rows)
+        self._left = float(np.mean(balance.by_stretch(residual**2, rows)))
+        self._least, self._sure, self._floor = least, sure, floor
+
+    def seen(self, size: float) -> bool:
+        """Whether it earns its place, with 95 %."""
+        added = size**2 * self._own + 2.0 * size * self._across
+        count = added.size
+        if count < 3:
+            return False
+        mean = size**2 * float(np.mean(self._own))
+        error = float(np.std(added, ddof=1)) / math.sqrt(count)
+        # By chance, noise stands with the effect or against it.
+        by_chance = 2.0 * size * float(np.std(self._across, ddof=1)) / math.sqrt(count)
+        sure = mean - _ONE_SIDED * by_chance
+        before = self._left + sure
+        surplus = max(before - self._floor**2, 0.5 * before, 1e-300)
+        return (
+            before > (NO_GAP_RATIO * self._floor) ** 2
+            and sure >= self._least * surplus
+            and sure >= self._sure * error
+        )
+
+
+def _prior(current: Solution, beside: list[Term]) -> FloatArray:
+    """Of the terms of a solution that are kept, float64[k]."""
+    made, at = [], 0
+    for one in current.terms:
+        size = one.columns.shape[0]
+        if any(one is other for other in beside):
+            made.append(current.prior[at : at + size])
+        at += size
+    return np.concatenate(made) if made else np.zeros(0)
+
+
+def _told(term: Term, size: float, way: tuple[float, ...], count: int) -> Limit | None:
+    """In the effect's own parameter."""
+    coefficients = np.zeros(count)
+    none = term.parameters(coefficients)
+    if not none:
+        return None
+    name, unit, neutral = none[0]
+    at = {key: value for key, _, value in none[1:] if key in term.fixed}
+    if not math.isfinite(neutral):
+        neutral = 0.0
+    if not math.isfinite(size):
+        return Limit(term.effect, name, unit, None, neutral, 1, at)
+    coefficients[: len(way)] = np.array(way) * size
+    value = term.parameters(coefficients)[0][2]
+    if not math.isfinite(value):
+        return None
+    return Limit(term.effect, name, unit, abs(value - neutral), neutral, 1, at)

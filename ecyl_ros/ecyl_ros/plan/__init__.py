@@ -1,0 +1,1 @@
+"""Motions planned so that their recording tells what is still open."""

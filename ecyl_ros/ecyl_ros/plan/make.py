@@ -1,0 +1,173 @@
+"""A plan from what is open: the motion, what it is predicted to show, and what others would."""
+
+from __future__ import annotations
+
+import math
+import os
+import time
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from typing import Any
+
+from ..drive.parameters import DriveParameters
+from ..drive.reference.base import Reference
+from ..drive.reference.planned import Planned
+from ..errors import InputError
+from ..gap.limits.columns import Base
+from ..gap.limits.limit import Limit
+from ..gap.limits.pairs import needed
+from .hypotheses import TIMES, Hypothesis, Pair, given, probe_of, sized
+from .others import moves, usual
+from .predict import Experiment, apart_from_sheet, predicted, separations, visible
+from .search import planned
+
+BUDGET_S = 35.0  # for the search; predictions of what is compared come on top
+PLANNED = "planned"
+
+
+@dataclass(frozen=True, eq=False)
+class Prediction:
+    """What one motion would show.
+
+    Attributes:
+        motion: its name. reference: itself. apart: of each pair, the smaller of both ways, floors.
+        alone: of each effect asked for by itself, from the sheet. limits: smallest visible sizes.
+    """
+
+    motion: str
+    reference: Reference
+    apart: tuple[float, ...]
+    alone: tuple[float, ...]
+    limits: tuple[Limit, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """The planned motion beside others of the same limits and time.
+
+    Attributes:
+        motion: to be played. pairs, alone: what it was planned for. needed: separation, in floors,
+            from which a diagnosis tells two effects apart. predictions: the planned motion first.
+        base: the predicted recording of the sound drive. whole: whether the search for the motion
+            went to its end in the time that it had.
+    """
+
+    motion: Planned
+    pairs: tuple[Pair, ...]
+    alone: tuple[Hypothesis, ...]
+    needed: float
+    predictions: tuple[Prediction, ...]
+    base: Base
+    whole: bool
+
+    def as_json(self) -> dict[str, Any]:
+        """Plain data, schema `ecyl.plan/1`."""
+        return {
+            "schema": "ecyl.plan/1",
+            "duration_s": self.motion.duration_s,
+            "needed": self.needed,
+            "pairs": [
+                [
+                    {"effect": one.effect, "parameters": dict(one.values)}
+                    for one in (pair.first, pair.second)
+                ]
+                for pair in self.pairs
+            ],
+            "alone": [{"effect": one.effect, "parameters": dict(one.values)} for one in self.alone],
+            "motions": [
+                {
+                    "motion": one.motion,
+                    "separations": list(one.apart),
+                    "from_sheet": list(one.alone),
+                    "limits": [limit.as_json() for limit in one.limits],
+                }
+                for one in self.predictions
+            ],
+        }
+
+
+def make_plan(
+    drive: DriveParameters,
+    duration_s: float,
+    pairs: Sequence[tuple[str, str]],
+    alone: Sequence[str],
+    known: Mapping[str, Mapping[str, float]],
+    signals: tuple[str, ...],
+    shown: Sequence[str],
+    *,
+    budget_s: float = BUDGET_S,
+    tell: Callable[[float], None] = lambda share: None,
+) -> Plan:
+    """Plan a motion.
+
+    Args:
+        drive: nominal, with noise and tolerances. duration_s: of the motion.
+        pairs, alone: effects to tell from each other, and from the sheet.
+        known: sizes that a diagnosis has found; others are `TIMES` the smallest that moves of the
+            same limits and time would show.
+        signals: that the recording will hold. shown: effects whose smallest sizes are predicted.
+        budget_s: for the search, at the most. tell: takes the share done.
+
+    Raises:
+        InputError: limits that leave no motion, an effect without a size.
+    """
+    deadline = time.monotonic() + budget_s
+    with ThreadPoolExecutor(os.cpu_count() or 1) as threads:
+        experiment = Experiment(drive, duration_s, signals, threads)
+        names = list(dict.fromkeys([*(one for pair in pairs for one in pair), *alone]))
+        sizes = _sized(experiment, names, known)
+        both = [Pair(sizes[first], sizes[second]) for first, second in pairs]
+        singles = [sizes[name] for name in alone]
+        tell(0.1)
+        motion, whole = planned(
+            experiment, both, singles, deadline, lambda share: tell(0.1 + 0.7 * share)
+        )
+        motions: dict[str, Reference] = {PLANNED: motion, **usual(drive.limits, duration_s)}
+        found, first = [], None
+        for number, (name, reference) in enumerate(motions.items()):
+            base = predicted(experiment, reference, duration_s)
+            first = first or base
+            found.append(
+                Prediction(
+                    name,
+                    reference,
+                    tuple(min(one) for one in separations(base, both)),
+                    tuple(apart_from_sheet(base, one) for one in singles),
+                    tuple(visible(base, shown, threads)),
+                )
+            )
+            tell(0.8 + 0.2 * (number + 1) / len(motions))
+        assert first is not None
+        return Plan(motion, tuple(both), tuple(singles), needed(first), tuple(found), first, whole)
+
+
+def _sized(
+    experiment: Experiment, names: Sequence[str], known: Mapping[str, Mapping[str, float]]
+) -> dict[str, Hypothesis]:
+    """Every effect in the size that it is asked for in."""
+    from ..gap.limits.cylinder import seen_by
+    from ..gap.limits.probes import Scale
+
+    duration = experiment.duration_s
+    found = {name: given(name, known[name]) for name in names if name in known}
+    rest = [name for name in names if name not in known]
+    if not rest:
+        return found
+    reference = moves(experiment.drive.limits, duration)
+    if not reference.legs:
+        raise InputError(
+            f"--duration = {duration:g}: no move of the drive's limits fits; expected a longer "
+            "motion, or more speed, acceleration or jerk"
+        )
+    base = predicted(experiment, reference, duration)
+    scale = Scale.of(base.fitter.replay, {}, {})
+    for name in rest:
+        probe_of(name, experiment.drive, scale)  # refused before anything is searched for
+    _, seen = seen_by(base.fitter, base.fit, rest, experiment.threads, base)
+    for one in seen:  # the first shape of each
+        name = one.probe.effect
+        if name not in found:
+            size = TIMES * one.size if math.isfinite(one.size) else one.probe.first
+            found[name] = sized(one.probe, size)
+    return found

@@ -1,0 +1,124 @@
+"""What a motion would show before it is played: its recording predicted, with noise and sheet."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Collection, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..drive.engine import simulate
+from ..drive.parameters import DriveParameters
+from ..drive.reference.base import Reference
+from ..drive.telemetry import simulation_recording
+from ..errors import InputError
+from ..gap.fit import Fitter
+from ..gap.limits.columns import Base
+from ..gap.limits.cylinder import seen_by
+from ..gap.limits.limit import Limit
+from ..gap.limits.pairs import separation
+from ..gap.replay import SIGNALS, FloatArray, Replay, declared_noise
+from ..gap.split import held_out
+from .hypotheses import Hypothesis, Pair
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """What is fixed while motions are compared.
+
+    Attributes:
+        drive: nominal, with its noise. duration_s: of every motion.
+        signals: names of those that the recording will hold, as `replay.SIGNALS` has them.
+        threads: do the replays.
+    """
+
+    drive: DriveParameters
+    duration_s: float
+    signals: tuple[str, ...]
+    threads: ThreadPoolExecutor
+
+
+def check_noise(drive: DriveParameters, signals: Collection[str], source: str) -> None:
+    """Refuse a drive file that states no noise: nothing can be counted in floors then."""
+    stated = declared_noise(drive)
+    if not any(stated[name] > 0.0 for name in signals):
+        raise InputError(
+            f"{source}: sensors states no noise or resolution; expected them, for separations are "
+            "counted in noise floors"
+        )
+
+
+def predicted(
+    experiment: Experiment, reference: Reference, duration_s: float, rows: int | None = None
+) -> Base:
+    """The recording of a motion on the sound drive, and what its sheet can do about it.
+
+    rows: of each signal that are looked at.
+    """
+    drive = experiment.drive
+    rate = drive.sample_rate
+    run = simulate(drive, lambda index: reference.sample(index / rate), duration_s)
+    recording = simulation_recording(run, drive)
+    gone: dict[str, Any] = {
+        one.recorded: np.full(len(recording), np.nan)
+        for one in SIGNALS
+        if one.name not in experiment.signals
+    }
+    recording = dataclasses.replace(recording, **gone)
+    replay = Replay(recording, drive, "the planned motion")
+    fitter = Fitter(replay, held_out(replay.time_s))
+    return Base.of(fitter, fitter.nominal, experiment.threads.map, rows)
+
+
+def response(base: Base, one: Hypothesis) -> FloatArray:
+    """What a hypothesis does to the recording, float64[1 or 2, m]; see `Base.response`."""
+    return base.response_to(one.effect, [one.values, *([one.turned] if one.turned else [])])
+
+
+def separations(base: Base, pairs: Sequence[Pair]) -> list[tuple[float, float]]:
+    """Of each pair: what the second leaves of the first, and the other way round, in floors."""
+    known: dict[str, FloatArray] = {}
+
+    def shown(one: Hypothesis) -> FloatArray:
+        if one.key not in known:
+            known[one.key] = response(base, one)
+        return known[one.key]
+
+    found = []
+    for pair in pairs:
+        first, second = shown(pair.first), shown(pair.second)
+        found.append(
+            (
+                separation(base, first[0], second),
+                separation(base, second[0], first),
+            )
+        )
+    return found
+
+
+def visible(base: Base, names: Collection[str], threads: ThreadPoolExecutor) -> list[Limit]:
+    """The smallest visible size of effects with the motion that `base` is of."""
+    from ..gap.limits.cylinder import least_visible
+
+    _, seen = seen_by(base.fitter, base.fit, names, threads, base)
+    return [one.limit for one in least_visible(seen)]
+
+
+def peaks(base: Base) -> dict[str, float]:
+    """Largest current A and voltage V that the sound drive takes."""
+    shown = base.fitter.replay.simulate({})
+    names = [one.name for one in base.fitter.replay.signals]
+    return {
+        name: float(np.max(np.abs(shown[names.index(name)])))
+        for name in ("current_q", "voltage_q")
+        if name in names
+    }
+
+
+def apart_from_sheet(base: Base, one: Hypothesis) -> float:
+    """What the sheet alone leaves of a hypothesis, in floors."""
+    shown = response(base, one)
+    return separation(base, shown[0], np.zeros((0, shown.shape[1])))

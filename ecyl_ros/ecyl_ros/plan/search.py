@@ -1,0 +1,308 @@
+"""Finds the motion: which blocks, in which shares, then their finer shape.
+
+What a recording tells adds up over its blocks: inner products of what the sheet, the hypotheses and
+their differences do to the signals are taken once per block, from one long predicted run through
+all of them, and summed for every choice (as in optimal design of experiments). The choice, and then
+reach, speed and acceleration of its blocks, are found by differential evolution (scipy); the finer
+search predicts each motion in full.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import differential_evolution
+
+from ..drive.reference.planned import Leg, Planned
+from ..errors import InputError
+from ..gap.limits.columns import Base
+from ..gap.limits.loss import weights
+from ..gap.replay import FloatArray
+from .blocks import Block, library
+from .hypotheses import Hypothesis, Pair
+from .predict import Experiment, peaks, predicted, response, separations
+
+SLOTS = 8  # blocks of a plan
+_ROWS = 12000  # of each signal of the long run
+_GENERATIONS, _POPULATION = 60, 8
+_FINE_GENERATIONS, _FINE_MEMBERS = 5, 12
+_MARGIN = 0.8  # of the limits of current and voltage that a sound drive may take
+_SEED = 14
+_NOTHING = 1e-6
+# Times that a plan may hold one block: what it told after others it may not tell after itself (a
+# load that never moves has no friction).
+_OFTEN = 2
+
+
+@dataclass(frozen=True, eq=False)
+class Blocks:
+    """Blocks with what each tells.
+
+    Attributes:
+        blocks: those that stay within current and voltage. grams: float64[blocks, c, c], of what
+            can be told of the columns; free: how many of these, the first, are the sheet's.
+        groups: columns of each hypothesis. rows: number of values that a mean is over, of a plan.
+        level: mean square of noise. precision: of the sheet's price. evidence: of a plan.
+    """
+
+    blocks: list[Block]
+    grams: FloatArray
+    free: int
+    groups: list[list[int]]
+    rows: float
+    level: float
+    precision: FloatArray
+    evidence: float
+
+
+def planned(
+    experiment: Experiment,
+    pairs: Sequence[Pair],
+    alone: Sequence[Hypothesis],
+    deadline: float,
+    tell: Callable[[float], None],
+) -> tuple[Planned, bool]:
+    """The motion that tells `pairs` apart, and shows `alone` beside the sheet.
+
+    Returns (motion, whether the finer search went to its end).
+
+    deadline: of `time.monotonic`, when a finer search ends. tell: takes the share done.
+    """
+    every = {one.key: one for pair in pairs for one in (pair.first, pair.second)}
+    every |= {one.key: one for one in alone}
+    hypotheses = list(every.values())
+    at = {key: index for index, key in enumerate(every)}
+    blocks = _told(experiment, hypotheses)
+    tell(0.3)
+    index = [(at[pair.first.key], at[pair.second.key]) for pair in pairs]
+    singles = [at[one.key] for one in alone]
+
+    most = max(_OFTEN, math.ceil(SLOTS / len(blocks.blocks)))
+
+    def cost(choice: FloatArray) -> float:
+        if np.bincount(choice.astype(int)).max() > most:
+            return math.inf
+        gram = blocks.grams[choice.astype(int)].sum(axis=0) / blocks.rows
+        return -worth(*_apart(blocks, gram, index, singles))
+
+    count = len(blocks.blocks)
+    found = differential_evolution(
+        cost,
+        [(0, count - 1)] * SLOTS,
+        integrality=[True] * SLOTS,
+        maxiter=_GENERATIONS,
+        popsize=_POPULATION,
+        seed=_SEED,
+        polish=False,
+    )
+    tell(0.5)
+    chosen = [blocks.blocks[int(one)] for one in np.sort(found.x)]
+    return _finer(experiment, chosen, pairs, alone, deadline, tell)
+
+
+def worth(apart: Sequence[float], seen: Sequence[float]) -> float:
+    """What a motion is worth: the pair that it separates least, or all effects alike.
+
+    In logarithms, so that what is told already does not outweigh what is not.
+    """
+    parts = []
+    if apart:
+        parts.append(math.log(max(min(apart), _NOTHING)))
+        parts.append(0.1 * float(np.mean(np.log(np.maximum(apart, _NOTHING)))))
+    if seen:
+        parts.append(float(np.mean(np.log(np.maximum(seen, _NOTHING)))))
+    return sum(parts)
+
+
+def _told(experiment: Experiment, hypotheses: Sequence[Hypothesis]) -> Blocks:
+    """Every block of the library, run one after the other."""
+    drive = experiment.drive
+    slot = experiment.duration_s / SLOTS
+    every = library(drive, slot)
+    legs: list[Leg] = []
+    ends = [0.0]
+    for block in every:
+        legs += block.legs(drive.limits, slot)
+        ends.append(Planned(tuple(legs), 0.0).moving_s)
+    base = predicted(experiment, Planned(tuple(legs), ends[-1]), ends[-1], _ROWS)
+    columns, groups = [base.free], []
+    at = len(base.free)
+    for one in hypotheses:
+        made = response(base, one)
+        columns.append(made * np.sqrt(weights(made)))
+        groups.append([*range(at, at + len(made))])
+        at += len(made)
+    rows = np.concatenate(columns).reshape(at, base.signals, -1)
+    times = base.fitter.replay.time_s[base.rows]
+    kept, grams = [], []
+    sound = _within(base, every, ends)
+    for block, begin, end, fits in zip(every, ends[:-1], ends[1:], sound, strict=True):
+        part = rows[:, :, (times >= begin) & (times < end)].reshape(at, -1)
+        if fits and part.shape[1]:
+            # As if the block took all of its slot: shorter ones are repeated to fill it.
+            grams.append(part @ part.T * min(slot / (end - begin), 1.5))
+            kept.append(block)
+    if not kept:
+        raise InputError(
+            "limits: no move stays within four fifths of controller.current_limit and "
+            "controller.voltage_limit; expected lower limits.speed or limits.acceleration"
+        )
+    share = experiment.duration_s / float(base.fitter.replay.time_s[-1])
+    evidence = base.fitter.sheet.evidence * share
+    return Blocks(
+        kept,
+        np.array(grams),
+        len(base.free),
+        groups,
+        base.signals * len(base.rows) * share,
+        base.fit.left,
+        base.precision,
+        evidence,
+    )
+
+
+def _within(base: Base, blocks: Sequence[Block], ends: Sequence[float]) -> list[bool]:
+    """Whether the sound drive stays within its current and voltage on each block."""
+    replay = base.fitter.replay
+    controller = replay.nominal.controller
+    names = [one.name for one in replay.signals]
+    shown = replay.simulate({})
+    most = {"current_q": controller.current_limit, "voltage_q": controller.voltage_limit}
+    found = []
+    for begin, end in itertools.pairwise(ends):
+        rows = (replay.time_s >= begin) & (replay.time_s < end)
+        found.append(
+            all(
+                float(np.max(np.abs(shown[names.index(name), rows]), initial=0.0))
+                <= _MARGIN * limit
+                for name, limit in most.items()
+                if name in names
+            )
+        )
+    return found
+
+
+def _apart(
+    blocks: Blocks, gram: FloatArray, pairs: Sequence[tuple[int, int]], alone: Sequence[int]
+) -> tuple[list[float], list[float]]:
+    """Separations of the pairs, both ways, and of hypotheses from the sheet alone."""
+    prior = blocks.precision * blocks.level / blocks.evidence
+
+    def left(acting: int, beside: Sequence[int]) -> float:
+        using = [*range(blocks.free), *beside]
+        part = gram[np.ix_(using, using)]
+        ridge = part + np.diag([*prior, *[0.0] * len(beside)])
+        column = blocks.groups[acting][0]
+        aim = gram[using, column]
+        size = np.sqrt(np.maximum(np.diag(ridge), 1e-300))
+        found = np.linalg.lstsq(ridge / np.outer(size, size), aim / size, rcond=1e-10)[0] / size
+        # The least of what is left and what the sheet's pulls cost, as `pairs.separation` has it.
+        return math.sqrt(max(float(gram[column, column] - found @ aim), 0.0))
+
+    apart = [
+        left(one, blocks.groups[other])
+        for first, second in pairs
+        for one, other in ((first, second), (second, first))
+    ]
+    return apart, [left(one, ()) for one in alone]
+
+
+def assembled(experiment: Experiment, blocks: Sequence[Block]) -> Planned:
+    """Blocks in a row, from the start again where time is left, home at the end."""
+    limits, duration = experiment.drive.limits, experiment.duration_s
+    slot = duration / len(blocks)
+    legs: list[Leg] = []
+    used = 0.0
+    parts = [block.legs(limits, slot) for block in blocks]
+    lengths = [Planned(part, slot).moving_s for part in parts]
+    # Short blocks leave time over: it goes to those that still fit, in turn.
+    for part, length in itertools.islice(
+        itertools.cycle(zip(parts, lengths, strict=True)), 4 * len(blocks)
+    ):
+        if used + length <= duration + 1e-9:
+            legs += part
+            used += length
+    return Planned(tuple(legs), duration)
+
+
+def _finer(
+    experiment: Experiment,
+    chosen: Sequence[Block],
+    pairs: Sequence[Pair],
+    alone: Sequence[Hypothesis],
+    deadline: float,
+    tell: Callable[[float], None],
+) -> tuple[Planned, bool]:
+    """The motion with reach, speed and acceleration of its blocks let go, in full prediction."""
+    limits = experiment.drive.limits
+    top = max(block.reach for block in chosen)
+    start = np.array(
+        [(math.log(one.reach), math.log(one.speed), math.log(one.acceleration)) for one in chosen]
+    ).ravel()
+    spread = math.log(2.0)
+    highest = np.tile(
+        [math.log(top), math.log(limits.speed), math.log(limits.acceleration)], len(chosen)
+    )
+    low, high = start - spread, np.minimum(start + spread, highest)
+    tried, whole = 0, True
+
+    def motion(point: FloatArray) -> Planned:
+        made = [
+            Block(math.exp(reach), math.exp(speed), math.exp(acceleration), one.rest_s)
+            for one, (reach, speed, acceleration) in zip(chosen, point.reshape(-1, 3), strict=True)
+        ]
+        return assembled(experiment, made)
+
+    def cost(point: FloatArray) -> float:
+        nonlocal tried, whole
+        if time.monotonic() > deadline:
+            whole = False
+            return math.inf
+        tried += 1
+        tell(0.5 + 0.45 * min(tried / (_FINE_MEMBERS * (_FINE_GENERATIONS + 1)), 1.0))
+        reference = motion(point)
+        if not reference.legs:
+            return math.inf
+        base = predicted(experiment, reference, experiment.duration_s)
+        if not within_limits(experiment, base):
+            return math.inf
+        return -worth(*told(base, pairs, alone))
+
+    rng = np.random.default_rng(_SEED)
+    members = start + spread * rng.uniform(-1.0, 1.0, (_FINE_MEMBERS, start.size))
+    members[0] = start
+    found = differential_evolution(
+        cost,
+        list(zip(low, np.maximum(high, low + 1e-9), strict=True)),
+        init=np.clip(members, low, np.maximum(high, low + 1e-9)),
+        maxiter=_FINE_GENERATIONS,
+        seed=_SEED,
+        polish=False,
+        tol=0.0,
+    )
+    return motion(found.x if math.isfinite(found.fun) else start), whole
+
+
+def told(
+    base: Base, pairs: Sequence[Pair], alone: Sequence[Hypothesis]
+) -> tuple[list[float], list[float]]:
+    """Separations of a predicted motion: of the pairs, both ways, and from the sheet alone."""
+    from .predict import apart_from_sheet
+
+    apart = [one for both in separations(base, pairs) for one in both]
+    return apart, [apart_from_sheet(base, one) for one in alone]
+
+
+def within_limits(experiment: Experiment, base: Base) -> bool:
+    """Whether the sound drive stays within its current and voltage limits, with some margin."""
+    controller = experiment.drive.controller
+    taken = peaks(base)
+    return (
+        taken.get("current_q", 0.0) <= _MARGIN * controller.current_limit
+        and taken.get("voltage_q", 0.0) <= _MARGIN * controller.voltage_limit
+    )

@@ -1,0 +1,124 @@
+"""Planned experiments: what the motion separates, and what is refused."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+
+from ecyl_ros.cli.main import main
+from ecyl_ros.drive.drive_file import load_drive
+from ecyl_ros.drive.reference.planned import Leg, Planned
+from ecyl_ros.errors import InputError
+from ecyl_ros.gap.replay import SIGNALS
+from ecyl_ros.plan.blocks import library
+from ecyl_ros.plan.hypotheses import read_open
+from ecyl_ros.plan.make import make_plan
+from ecyl_ros.plan.trajectory import as_yaml
+
+PAIR = ("rotor_coulomb_friction", "load_coulomb_friction")
+
+
+def test_a_planned_motion_separates_what_a_sine_does_not() -> None:
+    """Friction on either side: at least twice the separation of sine and moves, within limits."""
+    drive = dataclasses.replace(load_drive("bench"), tolerances={"all": "exact"})
+    signals = tuple(one.name for one in SIGNALS)
+    plan = make_plan(drive, 2.0, [PAIR], [], {}, signals, [], budget_s=0.0)
+    apart = {one.motion: one.apart[0] for one in plan.predictions}
+    assert apart["planned"] > 2.0 * max(apart["sine"], apart["moves"])
+    assert apart["planned"] > plan.needed
+    plan.motion.check(drive.limits, "plan")
+    assert plan.motion.moving_s <= 2.0 + 1e-6
+
+
+def test_blocks_begin_and_end_where_the_motion_starts() -> None:
+    """So that they can follow each other in any order; none leaves the stroke."""
+    drive = load_drive("bench")
+    one_sided = dataclasses.replace(drive.limits, stroke_min=0.0)
+    for limits in (drive.limits, one_sided):
+        for block in library(dataclasses.replace(drive, limits=limits), 0.5):
+            legs = block.legs(limits, 0.5)
+            assert legs[-1].to_m == 0.0
+            assert all(limits.stroke_min <= leg.to_m <= limits.stroke_max for leg in legs)
+
+
+def test_limits_that_leave_no_motion_are_refused() -> None:
+    """A stroke without the start, and a drive too slow for the time."""
+    drive = load_drive("bench")
+    away = dataclasses.replace(drive.limits, stroke_min=0.1)
+    with pytest.raises(InputError, match="motions start at 0 m"):
+        library(dataclasses.replace(drive, limits=away), 0.5)
+
+
+def test_the_trajectory_is_the_motion() -> None:
+    """Points of the message against the motion itself; time goes on."""
+    motion = Planned((Leg(0.01, 0.1, 2.0, 100.0), Leg(0.0, 0.1, 2.0, 100.0)), 1.0)
+    data = yaml.safe_load(as_yaml(motion, "slide"))
+    assert data["joint_names"] == ["slide"]
+    times = [
+        one["time_from_start"]["sec"] + 1e-9 * one["time_from_start"]["nanosec"]
+        for one in data["points"]
+    ]
+    assert np.all(np.diff(times) > 0.0) and times[-1] == pytest.approx(1.0)
+    for time, point in zip(times, data["points"], strict=True):
+        wanted = motion.sample(time)
+        assert (point["positions"][0], point["velocities"][0]) == pytest.approx(wanted, abs=2e-9)
+
+
+def _diagnosis(**more: object) -> dict[str, object]:
+    made: dict[str, object] = {
+        "schema": "ecyl.diagnosis/1",
+        "verdict": "explained",
+        "location": {"signals": [{"name": "current_q"}]},
+        "causes": [],
+    }
+    return {**made, **more}
+
+
+def test_what_a_diagnosis_leaves_open_is_planned_for(tmp_path: Path) -> None:
+    """A cause with an alternative is a pair, in the size that was found."""
+    path = tmp_path / "diagnosis.json"
+    cause = {
+        "effect": PAIR[0],
+        "parameters": {"coulomb_nm": {"value": 0.02}},
+        "alternatives": [PAIR[1]],
+    }
+    path.write_text(json.dumps(_diagnosis(causes=[cause])))
+    found = read_open(path, load_drive("bench"), "bench")
+    assert found.pairs == (tuple(sorted(PAIR)),)
+    assert found.values == {PAIR[0]: {"coulomb_nm": 0.02}}
+    assert found.signals == ("current_q",)
+
+
+def test_a_diagnosis_of_another_drive_is_refused(tmp_path: Path) -> None:
+    """Its sheet holds constants that this drive file has not."""
+    path = tmp_path / "diagnosis.json"
+    sheet = [{"parameter": "motor.resistance", "nominal": 1.5}]
+    path.write_text(json.dumps(_diagnosis(sheet=sheet)))
+    with pytest.raises(InputError, match="expected a diagnosis of this drive"):
+        read_open(path, load_drive("bench"), "bench")
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--between", "rotor_friction,backlash_error"], "no effect called rotor_friction"),
+        (["--between", "backlash_error"], "expected two effects or more"),
+        (["--between", ",".join(PAIR), "--speed", "9"], "--speed = 9: expected within"),
+        (["--all", "--stroke-min", "-9"], "--stroke-min = -9: expected within"),
+        (["--from", "missing.json"], "expected the JSON of ecyl diagnose"),
+    ],
+)
+def test_bad_requests_are_one_clear_line(
+    tmp_path: Path, words: list[str], said: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Exit 2, nothing written."""
+    out = tmp_path / "motion.yaml"
+    line = ["plan", "--drive", "bench", "--duration", "3", "--out", str(out), *words]
+    assert main(line) == 2
+    assert said in capsys.readouterr().err
+    assert not out.exists()
