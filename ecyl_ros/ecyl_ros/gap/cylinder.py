@@ -15,6 +15,7 @@ from .clear import without_strained, without_unclear
 from .coincidence import Coincidence, without_coincidence
 from .compete import Competition, compete
 from .constancy import Inconstancy, without_effects, without_stand_ins
+from .describe.apply import with_description
 from .diagnosis import Candidate, Cause, Diagnosis, FittedParameter, Series, SheetValue
 from .earn import AT_FLOOR, EXCUSED, at_noise, gone
 from .fit import Fit, Fitter
@@ -72,7 +73,7 @@ def diagnose_cylinder(
         barred = {*without, *not_to_be_judged(drive)}
         names = [name for name in CATALOGUE if name not in barred]
         competition = compete(
-            fitter, nominal, names, lambda stage, share: tell(0.02 + 0.93 * share)
+            fitter, nominal, names, lambda stage, share: tell(0.02 + 0.8 * share)
         )
         competition, odd = without_stand_ins(competition, fitter)
         competition, alike = without_coincidence(competition, fitter)
@@ -80,7 +81,8 @@ def diagnose_cylinder(
         for sort_out in (without_strained, without_unclear, without_traces, _without_unsure):
             competition, said = sort_out(competition, fitter)
             remarks += said
-    return _assemble(replay, fitter, competition, remarks, no_gap, source, drive_name)
+    found = _assemble(replay, fitter, competition, remarks, no_gap, source, drive_name)
+    return with_description(found, fitter, competition, lambda share: tell(0.82 + 0.18 * share))
 
 
 def _without_unsure(competition: Competition, fitter: Fitter) -> tuple[Competition, list[str]]:

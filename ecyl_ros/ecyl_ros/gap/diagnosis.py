@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..drive.rigid.machine import Machine
+from .describe.description import Description
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -18,6 +19,7 @@ VERDICTS = (
     "within_sheet",
     "explained",
     "partly_explained",
+    "described",
     "unexplained",
     "not_judgeable",
 )
@@ -226,6 +228,7 @@ class Diagnosis:
             how they follow).
         floor_is: what the floor stands for.
         stretches: of a long recording, those that were looked at, by time.
+        law: of `described`, the cause that the library lacks.
         caution: what has to be put right before anything else holds (a signal of the wrong sign).
         reason: of `not_judgeable`, what recording would do.
         closest: of a rigid drive, the machine that comes closest to the recording, values fitted to
@@ -264,6 +267,7 @@ class Diagnosis:
     stretches: tuple[StretchGap, ...] = ()
     sheet: tuple[SheetValue, ...] = ()
     within_sheet: float | None = None
+    law: Description | None = None
     caution: str = ""
     reason: str = ""
     closest: Machine | None = None
@@ -271,8 +275,8 @@ class Diagnosis:
 
     @property
     def closes(self) -> bool:
-        """Whether anything that was found, causes or the sheet's constants, closes the gap."""
-        return bool(self.causes) or self.verdict == "within_sheet"
+        """Whether anything that was found, causes, constants or a law, closes the gap."""
+        return bool(self.causes) or self.verdict == "within_sheet" or self.law is not None
 
     def as_json(self) -> dict[str, Any]:
         """The diagnosis as plain data, schema `ecyl.diagnosis/1`."""
@@ -305,6 +309,7 @@ class Diagnosis:
                 }
                 for one in self.causes
             ],
+            "law": None if self.law is None else self.law.as_json(),
             "gap": {
                 "before": self.before,
                 "sheet": self.before if self.within_sheet is None else self.within_sheet,
