@@ -262,9 +262,9 @@ def measure(state, tick, params, measured):
     if p.acts_at_current_error:
         current += ports.current_error(p, state[5])
     if p.learned_port >= learned.ROTOR_ANGLE_ERROR:
-        at, rate = (state[2], state[3]) if p.learned_on_load else (state[0], state[1])
+        side = 2 if p.learned_on_load else 0
         error, slope = learned.reading_error(
-            p, at, rate, state[5], tick * p.tick, state[HEAT], state[TRAVEL]
+            p, state[side], state[side + 1], state[5], tick * p.tick, state[HEAT], state[TRAVEL]
         )
         if p.learned_port == learned.ROTOR_ANGLE_ERROR:
             angle += error

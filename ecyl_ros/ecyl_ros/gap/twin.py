@@ -89,11 +89,10 @@ def _full(diagnosis: Diagnosis, nominal: DriveParameters) -> _Twin:
     if lead is not None:
         effects["lead_error"] = {"lead_m": lead}
         notes["lead_error"] = "within its tolerance; the controller goes on believing the sheet"
-    law = None if diagnosis.law is None else rounded(diagnosis.law.law, _digits)
+    law = nominal.learned if diagnosis.law is None else rounded(diagnosis.law.law, _digits)
     wanted = _added(replace(with_constants(nominal, constants), learned=law), effects)
     entries: dict[str, Mapping[str, Any]] = dict(effects)
-    if law is not None:
-        assert diagnosis.law is not None
+    if law is not None and diagnosis.law is not None:
         entries["learned"] = law_to_file(law)
         notes["learned"] = f"{diagnosis.law.words}; it has no name yet"
 

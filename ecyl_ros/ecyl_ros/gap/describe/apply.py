@@ -31,10 +31,11 @@ def with_description(
     if diagnosis.verdict != "unexplained":
         return diagnosis
     found = describe(fitter, competition, os.cpu_count() or 1, tell)
-    return diagnosis if found is None else _described(diagnosis, found, fitter)
+    return diagnosis if found is None else described(diagnosis, found, fitter)
 
 
-def _described(diagnosis: Diagnosis, found: Described, fitter: Fitter) -> Diagnosis:
+def described(diagnosis: Diagnosis, found: Described, fitter: Fitter) -> Diagnosis:
+    """The diagnosis with what was found in its place."""
     replay, played, law = fitter.replay, found.played, found.description
     white = np.ones(len(replay.signals))
     held = fitter.held

@@ -33,6 +33,7 @@ _SYMBOLS = {
     "travel": "s",
 }
 Form = tuple[str, str, FloatArray]  # text, unit of its coefficient's denominator, values
+Term = list[Form]  # what is added at once
 
 
 def formula(law: Law, half: FloatArray) -> str | None:
@@ -49,13 +50,13 @@ def formula(law: Law, half: FloatArray) -> str | None:
         pool = forms[0]
     else:
         pool = [*forms[0], *forms[1]] + [
-            (f"{a[0]} {b[0]}", _times(a[1], b[1]), a[2] * b[2])
-            for a, b in itertools.product(*forms)
+            [(f"{x[0]} {y[0]}", _times(x[1], y[1]), x[2] * y[2]) for x in one for y in other]
+            for one, other in itertools.product(*forms)
         ]
-    pool = [("", "", np.ones(len(values))), *pool]
+    pool = [[("", "", np.ones(len(values)))], *pool]
     size = float(np.sqrt(np.mean(values**2)))
     enough = max(_AS_WELL * size, float(np.sqrt(np.mean(half**2))) / 1.96)
-    chosen: list[Form] = []
+    chosen: list[Term] = []
     while True:
         found, left = _fitted(chosen, values)
         if float(np.sqrt(np.mean(left**2))) <= enough:
@@ -63,31 +64,32 @@ def formula(law: Law, half: FloatArray) -> str | None:
         if len(chosen) == _MOST_TERMS:
             return None
         rest = [one for one in pool if all(one is not other for other in chosen)]
-        chosen.append(
-            min(rest, key=lambda one: float(np.sum(_fitted([*chosen, one], values)[1] ** 2)))
-        )
+
+        def leaves(term: Term, before: list[Term] = chosen) -> float:
+            return float(np.sum(_fitted([*before, term], values)[1] ** 2))
+
+        chosen = [*chosen, min(rest, key=leaves)]
     return _text(chosen, found, law.unit)
 
 
-def _fitted(forms: list[Form], values: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _fitted(terms: list[Term], values: FloatArray) -> tuple[FloatArray, FloatArray]:
     """(coefficients, what is left)."""
-    if not forms:
+    if not terms:
         return np.zeros(0), values
-    design = np.stack([one[2] for one in forms], axis=1)
+    design = np.stack([one[2] for term in terms for one in term], axis=1)
     scale = np.maximum(np.abs(design).max(axis=0), 1e-300)
     found = np.linalg.lstsq(design / scale, values, rcond=1e-9)[0] / scale
     return found, values - design @ found
 
 
-def _forms(name: str, x: FloatArray) -> list[Form]:
+def _forms(name: str, x: FloatArray) -> list[Term]:
     unit, symbol = VARIABLES[name], _SYMBOLS[name]
     if name == "direction":
-        return [("sgn(w)", "", x)]
+        return [[("sgn(w)", "", x)]]
     if name in PERIODS:
         return [
-            form
+            _wave(f"{order if order > 1 else ''}{symbol}", order * x)
             for order in range(1, _HARMONICS + 1)
-            for form in _wave(f"{order if order > 1 else ''}{symbol}", order * x)
         ]
     powers: list[tuple[str, int, Callable[[FloatArray], FloatArray]]] = [
         (symbol, 1, lambda v: v),
@@ -99,19 +101,20 @@ def _forms(name: str, x: FloatArray) -> list[Form]:
             (f"|{symbol}|", 1, np.abs),
             (f"{symbol}|{symbol}|", 2, lambda v: v * np.abs(v)),
         ]
-    found = [(text, _power(unit, order), made(x)) for text, order, made in powers]
+    found = [[(text, _power(unit, order), made(x))] for text, order, made in powers]
     if name == "speed" and x.min() < 0.0 < x.max():
-        found.append((f"sgn({symbol})", "", np.sign(x)))
+        found.append([(f"sgn({symbol})", "", np.sign(x))])
     if name in ("position", "time"):
         reach = float(np.ptp(x))
         for turns in np.arange(0.75, 12.1, 0.05):
             rate = 2.0 * math.pi * turns / reach
             length = f"{reach / turns:.3g} {unit}"
-            found += _wave(f"2 pi {symbol} / {length}", rate * x)
+            found.append(_wave(f"2 pi {symbol} / {length}", rate * x))
     return found
 
 
-def _wave(text: str, angle: FloatArray) -> list[Form]:
+def _wave(text: str, angle: FloatArray) -> Term:
+    """A wave of any phase."""
     return [(f"sin({text})", "", np.sin(angle)), (f"cos({text})", "", np.cos(angle))]
 
 
@@ -126,11 +129,20 @@ def _times(one: str, other: str) -> str:
     return " ".join(part for part in (one, other) if part)
 
 
-def _text(forms: list[Form], found: FloatArray, unit: str) -> str:
+_NEGLIGIBLE = 0.02  # of a formula's largest part
+
+
+def _text(terms: list[Term], found: FloatArray, unit: str) -> str:
+    forms = [one for term in terms for one in term]
     if not forms:
         return f"0 {unit}"
+    sizes = [
+        abs(value) * float(np.abs(one[2]).max()) for one, value in zip(forms, found, strict=True)
+    ]
     parts = []
-    for (text, per, _), value in zip(forms, found, strict=True):
+    for (text, per, _), value, size in zip(forms, found, sizes, strict=True):
+        if size < _NEGLIGIBLE * max(sizes):
+            continue
         shown = (
             f"{unit}/({per})"
             if " " in per or (per.count("/") and not per.startswith("("))

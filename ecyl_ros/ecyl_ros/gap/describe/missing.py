@@ -155,7 +155,8 @@ def _made(
 ) -> Missing:
     known = known & np.isfinite(values)
     pulled = [row for row, key in enumerate(sheet.keys) if key in per_unit]
-    columns = [per_unit[sheet.keys[row]] * sheet.tolerance[row] for row in pulled]
+    # A constant above its nominal value takes from what the nominal one leaves.
+    columns = [-per_unit[sheet.keys[row]] * sheet.tolerance[row] for row in pulled]
     step = max(1, motion.smooth.points // 2)
     rows = np.flatnonzero(known)
     # One row in so many, wherever a known stretch begins.

@@ -27,11 +27,11 @@ from ..stages import COARSE, FINE, MEDIUM, Stage
 from .axis import roughness
 from .choose import Guess
 
-_LEAST, _MOST = 6, 26  # directions that a law moves along, beside its own size
+_LEAST, _MOST = 6, 18  # directions that a law moves along, beside its own size
 _FAR = 20.0  # times its RMS that a law may move
 # How it is fitted: stages in turn, each with fresh derivatives and so many steps at the most.
 ROUGHLY = ((COARSE, 2),)
-CLOSELY = (*((COARSE, 3),) * 2, *((MEDIUM, 3),) * 2, *((FINE, 3),) * 5)
+CLOSELY = (*((COARSE, 3),) * 2, *((MEDIUM, 3),) * 2, *((FINE, 3),) * 3)
 _STILL = 0.98  # of its cost: a stage that leaves more than this has brought nothing
 
 Seen = Callable[[FloatArray], FloatArray]
