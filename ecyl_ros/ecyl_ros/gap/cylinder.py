@@ -72,9 +72,7 @@ def diagnose_cylinder(
     else:
         barred = {*without, *not_to_be_judged(drive)}
         names = [name for name in CATALOGUE if name not in barred]
-        competition = compete(
-            fitter, nominal, names, lambda stage, share: tell(0.02 + 0.8 * share)
-        )
+        competition = compete(fitter, nominal, names, lambda stage, share: tell(0.02 + 0.8 * share))
         competition, odd = without_stand_ins(competition, fitter)
         competition, alike = without_coincidence(competition, fitter)
         remarks = [_stand_in(one) for one in odd] + ([_coincide(alike)] if alike else [])

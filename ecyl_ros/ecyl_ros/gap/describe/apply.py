@@ -72,6 +72,7 @@ def _sheet(fitter: Fitter, found: Described) -> tuple[SheetValue, ...]:
             float(low[row]),
             float(high[row]),
             seen=bool(halves[row] < SEEN),
+            stated=key not in fitter.replay.drive.left_out,
         )
         for row, key in enumerate(sheet.keys)
     )
