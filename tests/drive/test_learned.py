@@ -49,14 +49,14 @@ def _run(law: Law | None = None, **effects: dict[str, float]) -> np.ndarray:
         ),
         (Law("current_error", (), (), (0.05,)), "current_sensor_offset", {"offset_a": 0.05}),
         (
-            Law("inverter_voltage", ("current",), ((-10.0, 10.0),), (3.0, -3.0)),
-            "resistance_error",
-            {"resistance_ohm": DRIVE.motor.resistance + 0.3},
+            Law("inverter_voltage", ("speed",), ((-50.0, 50.0),), (2.5, -2.5)),
+            "back_emf_error",
+            {"back_emf_v_s_per_rad": DRIVE.motor.back_emf_constant + 0.05},
         ),
     ],
 )
 def test_a_table_of_what_has_a_name_plays_what_has_the_name(law, effect, values):
-    """Spring, Coulomb and viscous friction, offset and resistance as tables: the same motion."""
+    """Spring, Coulomb and viscous friction, offset and back-EMF as tables: the same motion."""
     bare, learned, named = _run(), _run(law), _run(**{effect: values})
     moved = np.abs(named - bare).max(axis=0)
     apart = np.abs(learned - named).max(axis=0)

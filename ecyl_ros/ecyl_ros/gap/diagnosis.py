@@ -274,6 +274,13 @@ class Diagnosis:
     judged: Machine | None = None
 
     @property
+    def added(self) -> str:
+        """What was added to the nominal model beyond its constants; empty for nothing."""
+        if self.law is not None:
+            return "law"
+        return {0: "", 1: "cause"}.get(len(self.causes), "causes")
+
+    @property
     def closes(self) -> bool:
         """Whether anything that was found, causes, constants or a law, closes the gap."""
         return bool(self.causes) or self.verdict == "within_sheet" or self.law is not None

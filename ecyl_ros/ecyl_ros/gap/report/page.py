@@ -160,7 +160,8 @@ def _law(diagnosis: Diagnosis) -> str:
     if found is None:
         return ""
     items = "".join(f"<dt>{typeset(n)}</dt><dd>{typeset(t)}</dd>" for n, t in law.facts(found))
-    return _section("The law", f"<dl>{items}</dl>", *law.pictures(found))
+    pictures = "".join(law.pictures(found))
+    return _section("The law", f"<dl>{items}</dl>", f'<div class="pair">{pictures}</div>')
 
 
 def _parameter(effect: str, one: FittedParameter) -> list[str]:
