@@ -50,6 +50,17 @@ VARIANTS = {
             "controller.speed.ki": 0.0,
         },
     ),
+    "a learned law": (
+        "bench",
+        {
+            "effects.learned.port": "load_friction",
+            "effects.learned.of": ["position", "heat"],
+            "effects.learned.time_constant": 0.5,
+            "effects.learned.table.at": [-1e-4, 0.0, 2e-5, 1e-4],
+            "effects.learned.table.at_2": [0.0, 2.0],
+            "effects.learned.table.values": [0.1, 0.3, 0.0, 0.2, 0.4, 0.1, 0.2, 0.2],
+        },
+    ),
     "effects of the controller": (
         "bench",
         {

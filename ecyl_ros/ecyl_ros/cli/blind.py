@@ -49,7 +49,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--kinds",
         metavar="A,B",
-        help="cases of these kinds alone: single, pair, none, outside, withheld, beyond",
+        help="cases of these kinds alone: single, pair, none, outside, withheld, beyond; and "
+        "law, of a cause that has no name, which is drawn only when asked for",
     )
     parser.add_argument(
         "--effects", metavar="A,B", help="cases of these effects alone (a pair's second is any)"
@@ -169,9 +170,10 @@ def _draw(options: argparse.Namespace, drives: Drives) -> list[Case]:
 
 
 def _choice(options: argparse.Namespace, drives: Drives) -> Choice:
+    from ..gap.study.case import KINDS
     from ..gap.study.drives import Choice
 
-    kinds, effects = drives.kinds, None
+    kinds, effects = tuple(one for one in drives.kinds if one in KINDS), None
     if options.kinds is not None:
         kinds = _known("--kinds", _names(options.kinds), drives.kinds)
     if options.effects is not None:

@@ -8,6 +8,7 @@ import importlib
 import os
 import sys
 from collections.abc import Sequence
+from types import ModuleType
 
 from .. import __version__
 from ..errors import InputError
@@ -28,6 +29,7 @@ VERBS = {
     "sensitivity": "tracking figures over one or two parameters of a drive file",
     "paper": "every table and figure of the paper, in both readings, beside its numbers",
     "bench": "the paper's locked-output test: hysteresis loop, clearance, stiffness",
+    "new-effect": "a library effect from a law that a diagnosis learned",
     "blind": "sealed drives diagnosed without their labels, then opened and scored",
 }
 
@@ -54,12 +56,16 @@ def add_verbs(
     for name, summary in VERBS.items():
         sub = verbs.add_parser(name, help=summary, description=summary.capitalize() + ".")
         if name == verb:
-            importlib.import_module(f"{__package__}.{name}").add_arguments(sub)
+            _module(name).add_arguments(sub)
+
+
+def _module(verb: str) -> ModuleType:
+    return importlib.import_module(f"{__package__}.{verb.replace('-', '_')}")
 
 
 def run_verb(options: argparse.Namespace) -> int:
     """Run the verb and return the exit code: 0 done, 2 unusable input, 130 interrupted."""
-    module = importlib.import_module(f"{__package__}.{options.verb}")
+    module = _module(options.verb)
     try:
         return int(module.run(options))
     except InputError as error:

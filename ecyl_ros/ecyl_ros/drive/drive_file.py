@@ -20,6 +20,9 @@ import yaml
 from ..effects.catalogue import CATALOGUE
 from ..errors import InputError
 from .coupling import MAY_MISS, rigid_coupling
+from .law import KEY as LEARNED
+from .law import KEYS as LAW_KEYS
+from .law import law_from_flat, law_to_flat
 from .packed import MAX_SEGMENTS
 from .parameters import GROUPS, LOOPS, DriveParameters, check_relations, leaf_fields
 from .tolerances import CONSTANTS, stated_tolerances
@@ -169,6 +172,8 @@ def drive_from_flat(flat: Mapping[str, Any], source: str) -> DriveParameters:
     for key, value in flat.items():
         if key in leaves:
             values[key] = _leaf(value, leaves[key], key, source)
+        elif key == LEARNED or key.startswith(f"{LEARNED}."):
+            continue  # read as one, below
         elif key.startswith("effects."):
             _put_effect(effects, key, value, source)
         elif key.split(".")[0] not in ("tolerances", *NODE_KEYS):
@@ -208,6 +213,7 @@ def drive_from_flat(flat: Mapping[str, Any], source: str) -> DriveParameters:
         **groups,
         **top,
         effects=_complete(effects, source),
+        learned=law_from_flat(flat, source),
         tolerances=tolerances,
         left_out=tuple(left_out),
     )
@@ -253,6 +259,8 @@ def _complete(effects: dict[str, dict[str, float]], source: str) -> dict[str, di
 
 def key_meaning(key: str) -> str:
     """What a dotted key of a drive file means, with its unit."""
+    if key.startswith(f"{LEARNED}."):
+        return f"learned law: {LAW_KEYS[key.removeprefix(f'{LEARNED}.')]}"
     if key.startswith("effects."):
         name, _, parameter = key.removeprefix("effects.").partition(".")
         effect = CATALOGUE[name]
@@ -287,6 +295,8 @@ def drive_to_flat(drive: DriveParameters) -> dict[str, Any]:
         flat[key] = list(value) if isinstance(value, tuple) else value
     for name, values in drive.effects.items():
         flat |= {f"effects.{name}.{parameter}": value for parameter, value in values.items()}
+    if drive.learned is not None:
+        flat |= law_to_flat(drive.learned)
     # As text: a parameter of a node has one type.
     flat |= {f"tolerances.{key}": str(value) for key, value in drive.tolerances.items()}
     return flat

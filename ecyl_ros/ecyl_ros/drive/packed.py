@@ -12,6 +12,7 @@ import math
 
 import numpy as np
 
+from ..effects import learned
 from ..effects.catalogue import CATALOGUE, MODULES
 from ..effects.ports import ARGUMENTS, AT_PORTS, IN_PLANT
 from .filters import kept_share
@@ -79,6 +80,7 @@ PACKED = np.dtype(
         # Whether any effect acts at a port: the others cost nothing.
         *((f"acts_at_{port}", "i8") for port in ARGUMENTS),
         ("acts_in_plant", "i8"),  # at any of IN_PLANT
+        *learned.FIELDS,
         *(
             (effect.field_name(parameter.name), "f8")
             for effect in CATALOGUE.values()
@@ -113,6 +115,13 @@ def fastest_rate(drive: DriveParameters) -> float:
                 level = max((v for k, v in values.items() if k.endswith("_nm")), default=0.0)
                 breakaway = values.get("breakaway_rad", BREAKAWAY_RAD)
                 bristle = max(bristle, math.sqrt(abs(level) / (breakaway * inertia)))
+    law = drive.learned
+    if law is not None:
+        bristle = max(bristle, learned.rate(law, drive))
+        if law.of_friction:
+            inertia = drive.load.inertia if law.on_load else drive.motor.rotor_inertia
+            level = max(0.0, *law.values)
+            bristle = max(bristle, math.sqrt(level / (BREAKAWAY_RAD * inertia)))
     return max(resonance, damping, electrical, bristle)
 
 
@@ -220,6 +229,8 @@ def pack(
 
 
 def _put_effects(record: np.ndarray, drive: DriveParameters) -> None:
+    if drive.learned is not None:
+        learned.put(record, drive.learned, drive)
     for name, given in drive.effects.items():
         effect, module = CATALOGUE[name], MODULES[name]
         values = effect.complete(given)

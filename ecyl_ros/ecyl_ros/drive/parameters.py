@@ -13,6 +13,7 @@ from dataclasses import dataclass, field, fields
 from typing import Any
 
 from ..errors import InputError
+from .law import Law
 
 _REQUIRED = object()
 
@@ -184,6 +185,8 @@ class DriveParameters:
     telemetry_rate: float = _quantity("Hz", 0.1, 1e6, "samples a second on the topics", 1000.0)
     # What the machine has beyond its nominal model: {effect: {parameter: value}}, see `effects`.
     effects: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    # What a diagnosis found beyond all effects that have a name, see `law`.
+    learned: Law | None = None
     # How far its constants may lie from these, as the file states it; see `tolerances`.
     tolerances: Mapping[str, float | str] = field(default_factory=dict)
     # Keys of the coupling that its file leaves out, filled in as `coupling` has them.

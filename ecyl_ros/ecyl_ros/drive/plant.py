@@ -1,10 +1,11 @@
 """The plant: motor, backlash transmission and load, advanced one control tick at a time.
 
 State vector (float64[STATE_SIZE]): rotor angle rad, rotor speed rad/s, load angle rad (at the
-rotor), load speed rad/s, i_d A, i_q A; then the bristle deflections of rotor and load friction and
-the count of ticks since the start, which only effects look at. Between contacts the equations are
-smooth and a classical fourth-order Runge-Kutta step is used; where a flank meets or leaves, or a
-stiffness segment ends, within a step, the instant is located by bisection and the step is split
+rotor), load speed rad/s, i_d A, i_q A; then what only effects look at: the bristle deflections of
+rotor and load friction, the count of ticks since the start, and the memory of a learned law (heat
+A^2, travel since the last reversal rad, both held within a tick). Between contacts the equations
+are smooth and a classical fourth-order Runge-Kutta step is used; where a flank meets or leaves, or
+a stiffness segment ends, within a step, the instant is located by bisection and the step is split
 there, so that the order survives contact.
 
 `faults` is None or True: the compiler drops what stands under `if faults is not None` for None, so
@@ -17,7 +18,7 @@ import math
 
 import numpy as np
 
-from ..effects import ports
+from ..effects import learned, ports
 from .compiled import kernel
 from .friction import deflected, friction_torque
 from .motor import current_derivatives, rotor_torque
@@ -25,8 +26,8 @@ from .noise import gaussian
 from .transmission import contact_mode, mode_torque
 
 ROTOR_ANGLE, ROTOR_SPEED, LOAD_ANGLE, LOAD_SPEED, CURRENT_D, CURRENT_Q = range(6)
-ROTOR_BRISTLE, LOAD_BRISTLE, TICKS = 6, 7, 8
-STATE_SIZE = 9
+ROTOR_BRISTLE, LOAD_BRISTLE, TICKS, HEAT, TRAVEL = 6, 7, 8, 9, 10
+STATE_SIZE = 11
 
 # What the plant's sensors give each tick (float64[7]), in this order.
 MEASURED = (
@@ -64,6 +65,25 @@ def _derivative(y, u_d, u_q, mode, into, time, faults, p):
             load -= friction_torque(
                 y[7], y[3], into, level, p.load_breakaway, p.load_bristle_damping
             )
+        if p.learned_port > 0:
+            angle, speed = (y[2], y[3]) if p.learned_on_load else (y[0], y[1])
+            law = learned.law_value(
+                p, angle, speed, y[5], twist_torque, u_q, time + into, y[8], y[9]
+            )
+            if p.learned_port == learned.ROTOR_TORQUE:
+                rotor += law
+            elif p.learned_port == learned.LOAD_TORQUE:
+                load += law
+            elif p.learned_port == learned.ROTOR_FRICTION:
+                rotor -= friction_torque(
+                    y[6], y[1], into, max(law, 0.0), p.rotor_breakaway, p.rotor_bristle_damping
+                )
+            elif p.learned_port == learned.LOAD_FRICTION:
+                load -= friction_torque(
+                    y[7], y[3], into, max(law, 0.0), p.load_breakaway, p.load_bristle_damping
+                )
+            elif p.learned_port == learned.INVERTER_VOLTAGE:
+                u_q += law
         if p.acts_at_inverter_voltage:
             u_q += ports.inverter_voltage(p, y[5], u_q)
     slope_d, slope_q = current_derivatives(y[4], y[5], y[1], u_d, u_q, p)
@@ -88,6 +108,8 @@ def _shifted(y, step, slope):
         y[5] + step * slope[5],
         y[6],
         y[7],
+        y[8],
+        y[9],
     )
 
 
@@ -117,6 +139,8 @@ def _runge_kutta(y, u_d, u_q, mode, step, time, faults, p):
         y[5] + sixth * (k1[5] + 2.0 * (k2[5] + k3[5]) + k4[5]),
         rotor_bristle,
         load_bristle,
+        y[8],
+        y[9],
     )
 
 
@@ -154,7 +178,18 @@ def _substep(y, u_d, u_q, step, time, faults, p):
 def _advance(state, u_d, u_q, share, params):
     """`plant_step` for a share of a control tick; its sub-steps are shared out in proportion."""
     p = params[0]
-    y = (state[0], state[1], state[2], state[3], state[4], state[5], state[6], state[7])
+    y = (
+        state[0],
+        state[1],
+        state[2],
+        state[3],
+        state[4],
+        state[5],
+        state[6],
+        state[7],
+        state[HEAT],
+        state[TRAVEL],
+    )
     steps = p.substeps
     if share != 1.0:
         steps = math.ceil(share * p.substeps)
@@ -178,6 +213,11 @@ def _advance(state, u_d, u_q, share, params):
             y = _substep(y, u_d, u_q, step, time + index * step, None, p)
     for index in range(8):
         state[index] = y[index]
+    if p.learned_port > 0:
+        speed = y[3] if p.learned_on_load else y[1]
+        state[HEAT], state[TRAVEL] = learned.remember(
+            p, speed, y[5], state[HEAT], state[TRAVEL], share * p.tick, share
+        )
     state[TICKS] += share
 
 
@@ -221,6 +261,18 @@ def measure(state, tick, params, measured):
         load += ports.rod_error(p, state[2])
     if p.acts_at_current_error:
         current += ports.current_error(p, state[5])
+    if p.learned_port >= learned.ROTOR_ANGLE_ERROR:
+        side = 2 if p.learned_on_load else 0
+        error, slope = learned.reading_error(
+            p, state[side], state[side + 1], state[5], tick * p.tick, state[HEAT], state[TRAVEL]
+        )
+        if p.learned_port == learned.ROTOR_ANGLE_ERROR:
+            angle += error
+            speed += slope * state[1]
+        elif p.learned_port == learned.CURRENT_ERROR:
+            current += error
+        else:
+            load += error
     measured[0] = _quantised(
         angle + _noise(p.rotor_position_noise, seed, tick, 0), p.rotor_position_resolution
     )

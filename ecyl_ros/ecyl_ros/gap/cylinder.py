@@ -16,6 +16,7 @@ from .clear import without_strained, without_unclear
 from .coincidence import Coincidence, without_coincidence
 from .compete import Competition, compete
 from .constancy import Inconstancy, without_effects, without_stand_ins
+from .describe.apply import with_description
 from .diagnosis import Candidate, Cause, Diagnosis, FittedParameter, Series, SheetValue
 from .earn import AT_FLOOR, EXCUSED, at_noise, gone
 from .fit import Fit, Fitter
@@ -73,9 +74,7 @@ def diagnose_cylinder(
         competition = Competition(nominal, nominal, (), nominal, (), {})
     else:
         names = [name for name in CATALOGUE if name not in barred]
-        competition = compete(
-            fitter, nominal, names, lambda stage, share: tell(0.02 + 0.93 * share)
-        )
+        competition = compete(fitter, nominal, names, lambda stage, share: tell(0.02 + 0.8 * share))
         competition, odd = without_stand_ins(competition, fitter)
         competition, alike = without_coincidence(competition, fitter)
         remarks = [_stand_in(one) for one in odd] + ([_coincide(alike)] if alike else [])
@@ -83,6 +82,7 @@ def diagnose_cylinder(
             competition, said = sort_out(competition, fitter)
             remarks += said
     found, final = _assemble(replay, fitter, competition, remarks, no_gap, source, drive_name)
+    found = with_description(found, fitter, competition, lambda share: tell(0.82 + 0.13 * share))
     tell(0.95)
     limits, not_told = limits_of(fitter, final, barred)
     return dataclasses.replace(found, limits=limits, alike=not_told, replays=fitter.replay.runs)

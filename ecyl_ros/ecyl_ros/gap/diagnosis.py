@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..drive.rigid.machine import Machine
+from .describe.description import Description
 from .limits.limit import Alike, Limit
 
 FloatArray = NDArray[np.float64]
@@ -19,6 +20,7 @@ VERDICTS = (
     "within_sheet",
     "explained",
     "partly_explained",
+    "described",
     "unexplained",
     "not_judgeable",
 )
@@ -227,6 +229,7 @@ class Diagnosis:
             how they follow).
         floor_is: what the floor stands for.
         stretches: of a long recording, those that were looked at, by time.
+        law: of `described`, the cause that the library lacks.
         caution: what has to be put right before anything else holds (a signal of the wrong sign).
         reason: of `not_judgeable`, what recording would do.
         limits: the smallest size of each effect, beside what was found, that the recording would
@@ -267,6 +270,7 @@ class Diagnosis:
     stretches: tuple[StretchGap, ...] = ()
     sheet: tuple[SheetValue, ...] = ()
     within_sheet: float | None = None
+    law: Description | None = None
     caution: str = ""
     reason: str = ""
     limits: tuple[Limit, ...] = ()
@@ -275,9 +279,16 @@ class Diagnosis:
     judged: Machine | None = None
 
     @property
+    def added(self) -> str:
+        """What was added to the nominal model beyond its constants; empty for nothing."""
+        if self.law is not None:
+            return "law"
+        return {0: "", 1: "cause"}.get(len(self.causes), "causes")
+
+    @property
     def closes(self) -> bool:
-        """Whether anything that was found, causes or the sheet's constants, closes the gap."""
-        return bool(self.causes) or self.verdict == "within_sheet"
+        """Whether anything that was found, causes, constants or a law, closes the gap."""
+        return bool(self.causes) or self.verdict == "within_sheet" or self.law is not None
 
     def as_json(self) -> dict[str, Any]:
         """The diagnosis as plain data, schema `ecyl.diagnosis/1`."""
@@ -310,6 +321,7 @@ class Diagnosis:
                 }
                 for one in self.causes
             ],
+            "law": None if self.law is None else self.law.as_json(),
             "gap": {
                 "before": self.before,
                 "sheet": self.before if self.within_sheet is None else self.within_sheet,

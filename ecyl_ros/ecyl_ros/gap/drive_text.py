@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from typing import Any
 
 import yaml
 
 SECTION = "ros__parameters"
-Effects = Mapping[str, Mapping[str, float]]
+Effects = Mapping[str, Mapping[str, Any]]  # numbers, text, and lists and mappings of such
 
 
 def number(value: float) -> str:
@@ -15,6 +16,17 @@ def number(value: float) -> str:
     text = repr(float(value))
     mantissa, mark, exponent = text.partition("e")
     return f"{mantissa}.0e{exponent}" if mark and "." not in mantissa else text
+
+
+def entry(value: Any) -> str:
+    """A value on one line: a number, a name, a list or a mapping of such."""
+    if isinstance(value, str):
+        return value
+    if isinstance(value, Mapping):
+        return _flow(value)
+    if isinstance(value, list | tuple):
+        return "[" + ", ".join(entry(one) for one in value) + "]"
+    return number(value)
 
 
 def with_values(text: str, values: Mapping[str, float | list[float]]) -> str:
@@ -140,16 +152,16 @@ class _Tree:
         return lines
 
 
-def _lines(name: str, values: Mapping[str, float], remarks: Mapping[str, str]) -> list[str]:
+def _lines(name: str, values: Mapping[str, Any], remarks: Mapping[str, str]) -> list[str]:
     pairs = [
-        (f"{key}: {number(value)}", remarks.get(f"{name}.{key}")) for key, value in values.items()
+        (f"{key}: {entry(value)}", remarks.get(f"{name}.{key}")) for key, value in values.items()
     ]
     width = max((len(text) for text, remark in pairs if remark), default=0)
     return [f"{text.ljust(width)}  # {remark}" if remark else text for text, remark in pairs]
 
 
-def _flow(values: Mapping[str, float]) -> str:
-    return "{" + ", ".join(f"{key}: {number(value)}" for key, value in values.items()) + "}"
+def _flow(values: Mapping[str, Any]) -> str:
+    return "{" + ", ".join(f"{key}: {entry(value)}" for key, value in values.items()) + "}"
 
 
 def _end(node: yaml.Node) -> int:
@@ -193,7 +205,7 @@ def _merged(
 ) -> list[tuple[int, int, str]]:
     """The edits that put `effects` into a mapping of effects."""
     edits = []
-    fresh: dict[str, Mapping[str, float]] = {}
+    fresh: dict[str, Mapping[str, Any]] = {}
     for name, values in effects.items():
         old = _value(existing, name)
         if old is None:

@@ -203,7 +203,7 @@ class Fitter:
             return start
         if not len(pulled):
             stage = dataclasses.replace(stage, wide=1.0, blur_s=0.0)
-        seen = self._blurred(stage.blur_s)
+        seen = self.blurred(stage.blur_s)
 
         def parted(point: FloatArray) -> tuple[Values, FloatArray]:
             values = {name: dict(given) for name, given in start.values.items()}
@@ -274,7 +274,7 @@ class Fitter:
                 missing.append(index)
         return missing
 
-    def _blurred(self, width_s: float) -> Callable[[FloatArray], FloatArray]:
+    def blurred(self, width_s: float) -> Callable[[FloatArray], FloatArray]:
         """What a fit looks at of a gap, float64[signals x fitted rows]: itself, or its moving mean.
 
         Impacts that come early or late are spikes that do not overlap; in a mean over more than the

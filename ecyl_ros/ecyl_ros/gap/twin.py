@@ -10,10 +10,12 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 from ..drive.drive_file import drive_to_flat, resolve_drive
+from ..drive.law import law_to_file, rounded
 from ..drive.model_file import load_model
 from ..drive.parameters import DriveParameters
 from ..drive.rigid.effects_file import as_file
@@ -63,11 +65,12 @@ def write_twin(diagnosis: Diagnosis, drive: str | os.PathLike[str], out: str | P
 class _Twin:
     """What is to be written.
 
-    effects: {effect: {parameter: value}}. written: the changed text, ValueError where it cannot be.
+    effects: what is put under `effects`, by name. written: the changed text, ValueError where it
+    cannot be.
     is_meant: whether a drive is what the file should hold.
     """
 
-    effects: Effects
+    effects: Mapping[str, Mapping[str, Any]]
     written: Callable[[str], str]
     is_meant: Callable[[DriveParameters | Machine], bool]
 
@@ -86,18 +89,23 @@ def _full(diagnosis: Diagnosis, nominal: DriveParameters) -> _Twin:
     if lead is not None:
         effects["lead_error"] = {"lead_m": lead}
         notes["lead_error"] = "within its tolerance; the controller goes on believing the sheet"
-    wanted = _added(with_constants(nominal, constants), effects)
+    law = nominal.learned if diagnosis.law is None else rounded(diagnosis.law.law, _digits)
+    wanted = _added(replace(with_constants(nominal, constants), learned=law), effects)
+    entries: dict[str, Mapping[str, Any]] = dict(effects)
+    if law is not None and diagnosis.law is not None:
+        entries["learned"] = law_to_file(law)
+        notes["learned"] = f"{diagnosis.law.words}; it has no name yet"
 
     def written(text: str) -> str:
         values = _as_written(nominal, constants)
         new = {key: values.pop(key) for key in nominal.left_out if key in values}
         text = add_values(with_values(text, values), new)
-        return add_effects(text, effects, notes) if effects else text
+        return add_effects(text, entries, notes) if entries else text
 
     def is_meant(found: DriveParameters | Machine) -> bool:
         return isinstance(found, DriveParameters) and drive_to_flat(found) == wanted
 
-    return _Twin(effects, written, is_meant)
+    return _Twin(entries, written, is_meant)
 
 
 def _rigid(diagnosis: Diagnosis, nominal: Machine) -> _Twin:

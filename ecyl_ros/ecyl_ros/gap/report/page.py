@@ -10,7 +10,7 @@ from ... import __version__
 from ...effects.catalogue import CATALOGUE
 from ...recording.atomic import write_text
 from ..diagnosis import Cause, Diagnosis, FittedParameter
-from . import limits, pulls, residual, stretch, words
+from . import law, limits, pulls, residual, stretch, words
 from . import quantities as q
 from .markup import escape, figure, key, table, typeset
 from .rivals import contains
@@ -33,6 +33,7 @@ def report_html(diagnosis: Diagnosis) -> str:
         _closing(diagnosis),
         _stretch(diagnosis),
         _causes(diagnosis),
+        _law(diagnosis),
         _sheet(diagnosis),
         _limits(diagnosis),
         _measured(diagnosis),
@@ -94,6 +95,8 @@ def _keys(diagnosis: Diagnosis, *, recorded: bool) -> str:
     if diagnosis.causes:
         added = "cause" if len(diagnosis.causes) == 1 else "causes"
         kinds.append(("after", f"with the {added} added"))
+    elif diagnosis.law is not None:
+        kinds.append(("after", "with the law played"))
     elif diagnosis.closes:
         kinds.append(("after", "with the constants found"))
     if not recorded:
@@ -150,6 +153,16 @@ def _cause(one: Cause, several: bool) -> str:
     items = "".join(f"<dt>{typeset(name)}</dt><dd>{typeset(text)}</dd>" for name, text in facts)
     name = f"<dt>in drive files</dt><dd>{escape(one.effect)}</dd>"
     return f"<article>{''.join(parts)}<dl>{items}{name}</dl></article>"
+
+
+def _law(diagnosis: Diagnosis) -> str:
+    """The law that describes the gap: its curve, what it was read from, its course over time."""
+    found = diagnosis.law
+    if found is None:
+        return ""
+    items = "".join(f"<dt>{typeset(n)}</dt><dd>{typeset(t)}</dd>" for n, t in law.facts(found))
+    pictures = "".join(law.pictures(found))
+    return _section("The law", f"<dl>{items}</dl>", f'<div class="pair">{pictures}</div>')
 
 
 def _parameter(effect: str, one: FittedParameter) -> list[str]:

@@ -91,7 +91,7 @@ def figures(diagnosis: Diagnosis) -> str:
     left = residual(diagnosis)
     if left is None or not np.isfinite(left.before).any():
         return ""
-    both = bool(diagnosis.causes)
+    both = bool(diagnosis.added)
     made = [
         _over_time(diagnosis, left, both),
         _over(left, left.position_m, left.position_unit, left.position_name, both),

@@ -150,8 +150,8 @@ def _events(
             f"gap of {misfit[i]:.1f} noise floors within {WINDOW_S:g} s, most in "
             f"{words.signal(worst.name)}"
         )
-        if diagnosis.causes:
-            text += f"; {after[i]:.1f} with the causes"
+        if diagnosis.added:
+            text += f"; {after[i]:.1f} with the {diagnosis.added}"
         yield int(stamps[i]), _WARN, text
 
 

@@ -78,7 +78,7 @@ def telling_signals(diagnosis: Diagnosis, stretch: Stretch) -> list[int]:
         travel = float(np.ptp(values)) or 1.0
         seen.append((left[index] > _ABOVE_NOISE * one.floor, left[index] / travel, index))
     seen.sort(reverse=True)
-    most = _MOST_SIGNALS if diagnosis.causes else _MOST_ALONE
+    most = _MOST_SIGNALS if diagnosis.added else _MOST_ALONE
     shown = [index for loud, _, index in seen if loud][:most]
     return shown or [index for _, _, index in seen[:most]]
 
@@ -89,8 +89,8 @@ def figures(diagnosis: Diagnosis, stretch: Stretch) -> str:
     time = series.time_s[stretch.rows]
     made = []
     runs = [("before", "nominal model", series.before)]
-    if diagnosis.causes:
-        added = "cause added" if len(diagnosis.causes) == 1 else "causes added"
+    if diagnosis.added:
+        added = f"{diagnosis.added} added"
         runs.append(("after", added, series.after))
     for index in telling_signals(diagnosis, stretch):
         about = diagnosis.signals[index]

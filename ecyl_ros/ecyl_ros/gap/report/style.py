@@ -47,6 +47,7 @@ svg .mid { text-anchor: middle; }
 .grid { fill: none; stroke: var(--rule); stroke-width: 1; }
 .shade { fill: var(--shade); }
 .curve { fill: none; stroke-width: 1.4; stroke-linejoin: round; }
+.dots { fill: none; stroke: var(--quiet); stroke-width: 2.2; stroke-linecap: round; opacity: .6; }
 .thin { stroke-width: .9; }
 .band { stroke: none; opacity: .22; }
 .curve.recorded { stroke: var(--recorded); stroke-width: 4; }

@@ -115,6 +115,17 @@ class Chart:
         if path:
             self._marks.append(f'<path class="curve {kind}" d="{path}"/>')
 
+    def dots(self, x: FloatArray, y: FloatArray) -> None:
+        """A point at each place that is within the axes."""
+        across, down = self.x.place(x) * self._wide, self._down(y)
+        marks = [
+            f"M{left:.1f} {top:.1f}h0"
+            for left, top in zip(across.tolist(), down.tolist(), strict=True)
+            if 0.0 <= left <= self._wide and 0.0 <= top <= self._tall
+        ]
+        if marks:
+            self._marks.append(f'<path class="dots" d="{"".join(marks)}"/>')
+
     def band(self, x: FloatArray, low: FloatArray, high: FloatArray, kind: str) -> None:
         """The area between two lines."""
         if x.size < 2:

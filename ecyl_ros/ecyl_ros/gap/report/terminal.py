@@ -6,7 +6,7 @@ import textwrap
 from collections.abc import Sequence
 
 from ..diagnosis import Diagnosis
-from . import limits, words
+from . import law, limits, words
 from . import quantities as q
 from .rivals import runner_up
 from .verdict import sentence, telling_condition
@@ -21,6 +21,7 @@ def summary(diagnosis: Diagnosis, written: Sequence[str] = ()) -> str:
     blocks = [
         textwrap.fill(sentence(diagnosis), _WIDTH),
         _causes(diagnosis),
+        _law(diagnosis),
         _signals(diagnosis),
         _measured(diagnosis),
         _sheet(diagnosis),
@@ -63,6 +64,18 @@ def _causes(diagnosis: Diagnosis) -> str:
         if not one.parameters:
             rows.append([name[0], "", "", "", name[1], name[2]])
     return _table(rows, (2, 4, 5))
+
+
+def _law(diagnosis: Diagnosis) -> str:
+    if diagnosis.law is None:
+        return ""
+    rows = [["the law", ""], *([name, text] for name, text in law.facts(diagnosis.law))]
+    return "\n".join(
+        textwrap.fill(
+            f"{name:<14}{text}", _WIDTH, subsequent_indent=" " * 14, break_long_words=False
+        ).rstrip()
+        for name, text in rows
+    )
 
 
 def _signals(diagnosis: Diagnosis) -> str:

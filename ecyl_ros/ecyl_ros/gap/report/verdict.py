@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from ..diagnosis import Cause, ConditionShare, Diagnosis, SignalGap
+from . import law as law_words
 from . import quantities as q
 from . import words
 
@@ -25,6 +26,8 @@ def _said(diagnosis: Diagnosis) -> str:
         return _within_sheet(diagnosis)
     if diagnosis.verdict == "not_judgeable":
         return f"This recording cannot be judged: {diagnosis.reason}."
+    if diagnosis.law is not None:
+        return law_words.sentence(diagnosis, diagnosis.law)
     if diagnosis.verdict == "unexplained" or not diagnosis.causes:
         return _unexplained(diagnosis)
     if diagnosis.verdict == "explained":

@@ -33,6 +33,7 @@ _VERDICTS = {
     "within_sheet": "Within the data sheet",
     "explained": "Explained",
     "partly_explained": "Partly explained",
+    "described": "Described",
     "unexplained": "Unexplained",
     "not_judgeable": "Not judgeable",
 }

@@ -12,6 +12,7 @@ Values = dict[str, float]
 _TUPLES = ("withheld", "unseen", "also")  # of a case's fields, lists in its label
 
 KINDS = ("single", "pair", "none", "outside", "withheld", "beyond")
+ALL_KINDS = (*KINDS, "law")  # drawn only when asked for: of a law that has no name
 
 
 @dataclass(frozen=True)
@@ -21,9 +22,9 @@ class Case:
     Attributes:
         index: place in the study.
         seed: of motion, nuisances, phases and noise.
-        kind: one of `KINDS`: one effect of the contract's catalogue; two; none; one that the
+        kind: one of `ALL_KINDS`: one effect of the contract's catalogue; two; none; one that the
             diagnosis does not know; one of the catalogue withheld from it; one beyond the
-            contract's catalogue that it may know.
+            contract's catalogue that it may know; a law of one or two variables.
         effects: true parameters by effect; empty for `none`.
         withheld: effects that the diagnosis is not given.
         gaps: for each effect its own gap (the others in place) in noise floors, by signal.

@@ -9,7 +9,7 @@ from typing import Any, ClassVar, NamedTuple, Protocol
 
 from ...drive.parameters import DriveParameters
 from ...recording.signals import Recording
-from .case import KINDS, Case
+from .case import ALL_KINDS, KINDS, Case
 from .cylinder.baselines import BASELINES
 from .cylinder.cases import complete_case, plan_cases, record_case, stated
 from .cylinder.effects import EFFECTS
@@ -80,7 +80,7 @@ class Drives(Protocol):
 class _Cylinders:
     """What all cylinders have in common."""
 
-    kinds: tuple[str, ...] = KINDS
+    kinds: tuple[str, ...] = ALL_KINDS
     effects: tuple[str, ...] = tuple(EFFECTS)
     nameable: tuple[str, ...] = (*INSIDE, *(one.twin for one in OUTSIDE.values() if one.twin))
     baselines: Mapping[str, Baseline] = MappingProxyType(BASELINES)

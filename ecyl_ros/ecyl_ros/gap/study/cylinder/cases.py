@@ -12,7 +12,7 @@ from ....drive.parameters import DriveParameters
 from ....effects.catalogue import CATALOGUE
 from ....errors import InputError
 from ....recording.signals import Recording
-from ..case import KINDS, Case
+from ..case import ALL_KINDS, KINDS, Case
 from .effects import EFFECTS, SAME_CAUSE
 from .imposed import Draw, Values
 from .inside import INSIDE, nominal_values
@@ -20,6 +20,7 @@ from .machine import Run, record_machine, run_machine
 from .outside import OUTSIDE
 from .sheet import leaving_the_sheet, stated_tolerances, true_constants
 from .stage import DRAWS, Setup, Stage, gaps_between, peak
+from .unnamed import UNNAMED
 
 SHARES = {
     "single": 0.46,
@@ -28,6 +29,7 @@ SHARES = {
     "outside": 0.08,
     "withheld": 0.04,
     "beyond": 0.02,
+    "law": 0.5,
 }
 
 VISIBLE = 4.0  # an effect's gap in at least one signal, in noise floors of that signal
@@ -126,8 +128,9 @@ def plan_cases(
         "outside": outside,
         "withheld": withheld,
         "beyond": beyond,
+        "law": [name for name in chosen if name in UNNAMED],
     }
-    usable = [kind for kind in KINDS if kind in kinds and (kind == "none" or names_of[kind])]
+    usable = [kind for kind in ALL_KINDS if kind in kinds and (kind == "none" or names_of[kind])]
     if not usable:
         raise InputError(
             f"no case is left of --kinds {','.join(kinds)} with the effects asked for; "

@@ -12,6 +12,7 @@ import math
 import numpy as np
 
 from ....drive.compiled import kernel
+from . import law as laws
 
 # Columns of what a run leaves for each sample.
 ROTOR_ANGLE, ROTOR_SPEED, LOAD_ANGLE, CURRENT, VOLTAGE, ROD = range(6)
@@ -90,10 +91,10 @@ def _transmitted(twist, rate, angle, p):
 
 
 @kernel
-def _slopes(y, bristles, time, voltage, disturbance, p):
+def _slopes(y, bristles, time, voltage, disturbance, memory, p):
     """Time derivatives of (rotor angle, speed, load angle, speed, current, swing, swing rate).
 
-    bristles: deflections (rotor, load, transmission), rad.
+    bristles: deflections (rotor, load, transmission), rad. memory: (heat A^2, travel rad) of a law.
     """
     angle, speed, load_angle, load_speed, current, swing, swing_rate = y
     twist_rate = speed - load_speed
@@ -116,6 +117,15 @@ def _slopes(y, bristles, time, voltage, disturbance, p):
     if p.rotor_coulomb > 0.0:
         level, sliding = _rotor_sliding(speed, time, p)
         torque -= _bristle_torque(bristles[0], speed, level, sliding, p.rotor_inertia, p)
+    law = 0.0
+    if p.law_port > 0.0:
+        at, rate = (load_angle, load_speed) if _law_on_load(p) else (angle, speed)
+        law = laws.law_value(p, at, rate, current, transmitted, time, memory[0], memory[1])
+    if p.law_port == laws.ROTOR_TORQUE:
+        torque += law
+    if p.law_port == laws.ROTOR_FRICTION:
+        sliding = p.rotor_bristle_rad
+        torque -= _bristle_torque(bristles[0], speed, max(law, 0.0), sliding, p.rotor_inertia, p)
 
     rod = p.rod_per_rotor * load_angle
     force = p.force_n + p.spring_n_per_m * rod
@@ -132,6 +142,13 @@ def _slopes(y, bristles, time, voltage, disturbance, p):
             bristles[1], load_speed, level, p.load_bristle_rad, p.load_inertia, p
         )
 
+    if p.law_port == laws.LOAD_TORQUE:
+        load_torque += law
+    if p.law_port == laws.LOAD_FRICTION:
+        load_torque -= _bristle_torque(
+            bristles[1], load_speed, max(law, 0.0), p.load_bristle_rad, p.load_inertia, p
+        )
+
     load_inertia = p.load_inertia
     swing_slope = 0.0
     if p.structure_inertia > 0.0:  # part of the load's inertia swings on a spring of its own
@@ -146,6 +163,8 @@ def _slopes(y, bristles, time, voltage, disturbance, p):
     if p.dead_time_v != 0.0:
         share = current / p.dead_time_transition_a
         applied -= p.dead_time_v * min(max(share, -1.0), 1.0)
+    if p.law_port == laws.INVERTER_VOLTAGE:
+        applied += law
     resistance = p.resistance * (1.0 + p.resistance_rise * time)
     current_slope = (applied - resistance * current - p.back_emf_constant * speed) / p.inductance
     return (
@@ -173,21 +192,55 @@ def _moved(y, slope, step):
 
 
 @kernel
-def _advanced(y, bristles, time, voltage, disturbance, step, p):
+def _law_on_load(p):
+    """Whether a law goes by the load's angle and speed."""
+    return (
+        p.law_port == laws.LOAD_TORQUE
+        or p.law_port == laws.LOAD_FRICTION
+        or p.law_port == laws.ROD_ERROR
+    )
+
+
+@kernel
+def _remembered(memory, y, step, p):
+    """A law's (heat, travel) a step later."""
+    heat, travel = memory
+    speed = y[3] if _law_on_load(p) else y[1]
+    heat += (y[4] * y[4] - heat) * step / p.law_heat_s
+    if travel * speed < 0.0:
+        travel = 0.0
+    return heat, travel + speed * step
+
+
+@kernel
+def _law_in_reading(y, time, memory, port, p):
+    """What a law adds to a reading at the sensors' `port`."""
+    if p.law_port != port:
+        return 0.0
+    angle, speed = (y[2], y[3]) if _law_on_load(p) else (y[0], y[1])
+    return laws.law_value(p, angle, speed, y[4], 0.0, time, memory[0], memory[1])
+
+
+@kernel
+def _advanced(y, bristles, time, voltage, disturbance, memory, step, p):
     """(state, bristles) a step later."""
-    first = _slopes(y, bristles, time, voltage, disturbance, p)
+    first = _slopes(y, bristles, time, voltage, disturbance, memory, p)
     guess = _moved(y, first, step)
     rotor_speed, load_speed = 0.5 * (y[1] + guess[1]), 0.5 * (y[3] + guess[3])
     rotor, load, twist = bristles
     if p.rotor_coulomb > 0.0:
         _, sliding = _rotor_sliding(rotor_speed, time, p)
         rotor = _bristle(rotor, rotor_speed, sliding, step)
+    if p.law_port == laws.ROTOR_FRICTION:
+        rotor = _bristle(rotor, rotor_speed, p.rotor_bristle_rad, step)
+    if p.law_port == laws.LOAD_FRICTION:
+        load = _bristle(load, load_speed, p.load_bristle_rad, step)
     if p.load_coulomb > 0.0 or p.jam_nm > 0.0 or p.load_dependent > 0.0:
         load = _bristle(load, load_speed, p.load_bristle_rad, step)
     if p.hysteresis_nm > 0.0:
         twist = _bristle(twist, rotor_speed - load_speed, p.hysteresis_rad, step)
     bristles = (rotor, load, twist)
-    second = _slopes(guess, bristles, time + step, voltage, disturbance, p)
+    second = _slopes(guess, bristles, time + step, voltage, disturbance, memory, p)
     y = _moved(_moved(y, first, 0.5 * step), second, 0.5 * step)
     return y, bristles
 
@@ -259,6 +312,7 @@ def run(
     commands = np.zeros(held // steps_per_tick + 2)
     y = (p.rotor_angle, p.rotor_speed, p.load_angle, p.load_speed, 0.0, p.load_angle, p.load_speed)
     bristles = (0.0, 0.0, 0.0)
+    memory = (0.0, 0.0)
     position_integral = speed_integral = current_integral = 0.0
     # What the control code keeps for its filters and differences.
     target, target_rate, last_rate = position[0], 0.0, velocity[0]
@@ -268,6 +322,14 @@ def run(
         angle, speed = _encoder(y[0], y[1], p)
         rod = _rod_scale(y[2], p)
         current = (1.0 + p.current_gain) * y[4] + p.current_offset
+        if p.law_port >= laws.ROTOR_ANGLE_ERROR:
+            now = count * step
+            rod += p.rod_per_rotor * _law_in_reading(y, now, memory, laws.ROD_ERROR, p)
+            current += _law_in_reading(y, now, memory, laws.CURRENT_ERROR, p)
+            off = _law_in_reading(y, now, memory, laws.ROTOR_ANGLE_ERROR, p)
+            ahead = (y[0] + 1e-6, y[1], y[2], y[3], y[4], y[5], y[6])
+            slope = (_law_in_reading(ahead, now, memory, laws.ROTOR_ANGLE_ERROR, p) - off) / 1e-6
+            angle, speed = angle + off, speed + slope * y[1]
         place = count % (late + 1)
         past[place, 0], past[place, 1], past[place, 2] = angle, speed, rod
         place = (count + 1) % (late + 1)  # the oldest entry
@@ -339,6 +401,9 @@ def run(
                 place = count % (late + 1)
                 past[place, 0], past[place, 1] = _encoder(y[0], y[1], p)
                 past[place, 2] = _rod_scale(y[2], p)
-            y, bristles = _advanced(y, bristles, count * step, voltage, disturbance, step, p)
+            now = count * step
+            y, bristles = _advanced(y, bristles, now, voltage, disturbance, memory, step, p)
+            if p.law_port > 0.0:
+                memory = _remembered(memory, y, step, p)
             count += 1
     return samples

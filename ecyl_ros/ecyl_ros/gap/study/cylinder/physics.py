@@ -115,6 +115,19 @@ class Physics:
     voltage_limit: float = UNLIMITED
     measurement_delay_s: float = 0.0
     actuation_delay_s: float = 0.0
+    # A law outside every catalogue, see `law`
+    law_port: float = 0.0  # 0: none
+    law_size: float = 0.0
+    law_offset: float = 0.0
+    law_first: float = 0.0
+    law_first_shape: float = 0.0
+    law_first_width: float = 1.0
+    law_first_place: float = 0.0
+    law_second: float = 0.0
+    law_second_shape: float = 0.0
+    law_second_width: float = 1.0
+    law_second_place: float = 0.0
+    law_heat_s: float = 1.0  # s, time constant of heat
     # State at the start
     rotor_angle: float = 0.0  # rad
     rotor_speed: float = 0.0  # rad/s

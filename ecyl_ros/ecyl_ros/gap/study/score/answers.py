@@ -68,6 +68,6 @@ def _right(case: Case, outcome: Outcome) -> bool:
         return False
     if case.kind == "none":
         return quiet(outcome)
-    if case.kind in ("outside", "withheld") or not case.judgeable:
+    if case.kind in ("outside", "withheld", "law") or not case.judgeable:
         return none_wrong(case, outcome.named)
     return exactly_named(case, outcome.named)

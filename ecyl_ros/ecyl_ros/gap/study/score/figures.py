@@ -19,6 +19,7 @@ from .answers import (
     said_nothing_wrong,
 )
 from .figure import Figure, counted, quantile
+from .laws import law_figures
 from .parameters import parameter_errors, sheet_coverage
 from .targets import targets
 
@@ -102,6 +103,7 @@ def figures(judged: Sequence[Judged]) -> list[Figure]:
         middle("seconds per case: 90 % below", seconds, "s", 0.9),
         middle("seconds per case: all below", seconds, "s", 1.0),
         plain("diagnoses that ended", [o.error is None for _, o in judged]),
+        *law_figures(judged),
     ]
 
 

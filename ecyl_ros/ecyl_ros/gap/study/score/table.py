@@ -11,6 +11,7 @@ from ..examine import Outcome
 from .answers import Judged, misjudged
 from .figure import Figure
 from .figures import figures
+from .laws import law_lines
 
 
 def case_line(case: Case) -> str:
@@ -131,6 +132,9 @@ def study_text(cases: Sequence[Case], outcomes: Sequence[Outcome], scored: dict[
     blocks.append(_calibration_rows(scored["calibration"]))
     if scored["baselines"]:
         blocks.append(_baseline_rows(rows, scored["baselines"]))
+    laws = law_lines(judged)
+    if laws:
+        blocks.append(laws)
     wrong = misjudged(judged)
     if wrong:
         lines = [f"not exactly right: {len(wrong)} of {len(cases)}"]

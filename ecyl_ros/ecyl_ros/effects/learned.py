@@ -1,0 +1,232 @@
+"""The law that a diagnosis learned, as it acts in the compiled drive (see `drive.law`).
+
+No effect of the catalogue: it has no name to compete under, and its parameters are a table.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from ..drive.compiled import kernel
+from ..drive.law import MOST_PLACES, MOST_VALUES, PORTS, VARIABLES, Law
+from ..drive.parameters import DriveParameters
+
+(
+    ROTOR_TORQUE,
+    ROTOR_FRICTION,
+    LOAD_TORQUE,
+    LOAD_FRICTION,
+    INVERTER_VOLTAGE,
+    ROTOR_ANGLE_ERROR,
+    CURRENT_ERROR,
+    ROD_ERROR,
+) = range(1, len(PORTS) + 1)
+_NUMBER = {name: number for number, name in enumerate(PORTS, 1)}
+_PLACE = {name: number for number, name in enumerate(VARIABLES)}
+_IN_PLANT = LOAD_FRICTION + 1  # ports up to here act within a step of the plant
+
+# What the packed record holds of it.
+FIELDS = [
+    ("learned_port", "i8"),  # 0: none
+    ("learned_on_load", "i8"),
+    ("learned_variables", "i8", (2,)),
+    ("learned_count", "i8", (2,)),  # 0: fewer variables
+    ("learned_period", "f8", (2,)),
+    ("learned_heat_kept", "f8"),  # share that heat keeps over a tick
+    ("learned_at", "f8", (2, MOST_PLACES)),
+    ("learned_value", "f8", (MOST_VALUES,)),
+]
+
+
+def put(record: np.ndarray, law: Law, drive: DriveParameters) -> None:
+    """Put a law into the packed record of a drive."""
+    record["learned_port"] = _NUMBER[law.port]
+    record["learned_on_load"] = law.on_load
+    for row, (name, places) in enumerate(zip(law.of, law.at, strict=True)):
+        record["learned_variables"][0, row] = _PLACE[name]
+        record["learned_count"][0, row] = len(places)
+        record["learned_period"][0, row] = law.periods[row]
+        record["learned_at"][0, row, : len(places)] = places
+    record["learned_value"][0, : len(law.values)] = law.values
+    if law.time_constant_s > 0.0:
+        record["learned_heat_kept"] = math.exp(-1.0 / (law.time_constant_s * drive.controller.rate))
+    if law.of_friction:
+        record[f"acts_at_{law.port}"] = 1
+    if _NUMBER[law.port] <= _IN_PLANT:
+        record["acts_in_plant"] = 1
+
+
+def rate(law: Law, drive: DriveParameters) -> float:
+    """Largest rate constant that a law brings into the plant, 1/s: the spring that its slope is."""
+    inertia = drive.load.inertia if law.on_load else drive.motor.rotor_inertia
+    values = np.array(law.values)
+    per_rad = {"position": drive.transmission.rod_per_rotor, "rotor_angle": 1.0, "travel": 1.0}
+    per_rad["screw_angle"] = 1.0 / drive.transmission.gear_ratio
+    fastest = 0.0
+    if law.unit != "N m":
+        return fastest
+    table = values.reshape([len(places) for places in law.at])
+    for axis, (name, places) in enumerate(zip(law.of, law.at, strict=True)):
+        slopes = np.diff(table, axis=axis)
+        steps = np.diff(places).reshape([-1 if row == axis else 1 for row in range(len(law.at))])
+        steepest = float(np.max(np.abs(slopes / steps)))
+        if name in per_rad:
+            fastest = max(fastest, math.sqrt(steepest * per_rad[name] / inertia))
+        elif name == "speed":
+            fastest = max(fastest, steepest / inertia)
+    return fastest
+
+
+@kernel
+def _slope_weights(left, right, has_left, has_right):
+    """What a slope at a place takes of the values (before, here, after); left, right: distances."""
+    if has_left and has_right:
+        whole = left + right
+        a, b = right / (whole * left), left / (whole * right)
+        return -a, a - b, b
+    if has_right:
+        return 0.0, -1.0 / right, 1.0 / right
+    return -1.0 / left, 1.0 / left, 0.0
+
+
+@kernel
+def places(at, count, period, x):
+    """Where `x` lies on a table's axis: (four rows, four weights), as a flat tuple of eight.
+
+    at: float64[count ...], increasing. period: of the axis, 0 for none.
+    """
+    if period > 0.0:
+        x = at[0] + (x - at[0]) - period * math.floor((x - at[0]) / period)
+    elif x <= at[0]:
+        return 0, 0, 0, 0, 0.0, 1.0, 0.0, 0.0
+    elif x >= at[count - 1]:
+        return 0, count - 1, 0, 0, 0.0, 1.0, 0.0, 0.0
+    low, high = 0, count
+    while high - low > 1:
+        middle = (low + high) // 2
+        if at[middle] <= x:
+            low = middle
+        else:
+            high = middle
+    here, after = low, low + 1
+    wraps = period > 0.0
+    if wraps:
+        before = here - 1 if here > 0 else count - 1
+        after = after if after < count else 0
+        beyond = after + 1 if after + 1 < count else 0
+        width = at[after] - at[here] + (period if after <= here else 0.0)
+        left = at[here] - at[before] + (period if before >= here else 0.0)
+        right = at[beyond] - at[after] + (period if beyond <= after else 0.0)
+        has_left = has_right = True
+    else:
+        has_left, has_right = here > 0, after < count - 1
+        before = here - 1 if has_left else 0
+        beyond = after + 1 if has_right else 0
+        width = at[after] - at[here]
+        left = at[here] - at[before] if has_left else 1.0
+        right = at[beyond] - at[after] if has_right else 1.0
+    t = (x - at[here]) / width
+    m0, m1, m2 = _slope_weights(left, width, has_left, True)
+    n1, n2, n3 = _slope_weights(width, right, True, has_right)
+    h00 = (1.0 + 2.0 * t) * (1.0 - t) * (1.0 - t)
+    h10 = width * t * (1.0 - t) * (1.0 - t)
+    h01 = t * t * (3.0 - 2.0 * t)
+    h11 = width * t * t * (t - 1.0)
+    return (
+        before,
+        here,
+        after,
+        beyond,
+        h10 * m0,
+        h00 + h10 * m1 + h11 * n1,
+        h01 + h10 * m2 + h11 * n2,
+        h11 * n3,
+    )
+
+
+@kernel
+def _row(p, first, found):
+    """Value along the second axis of the table's row that begins at `first`."""
+    value = p.learned_value
+    return (
+        found[4] * value[first + found[0]]
+        + found[5] * value[first + found[1]]
+        + found[6] * value[first + found[2]]
+        + found[7] * value[first + found[3]]
+    )
+
+
+@kernel
+def _variable(p, number, angle, speed, current, torque, voltage, time, heat, travel):
+    if number == 0:
+        return angle * p.rod_per_rotor
+    if number == 1:
+        return angle
+    if number == 2:
+        return angle / p.gear_ratio
+    if number == 3:
+        return speed
+    if number == 4:
+        return 1.0 if speed > 0.0 else (-1.0 if speed < 0.0 else 0.0)
+    if number == 5:
+        return current
+    if number == 6:
+        return torque
+    if number == 7:
+        return voltage
+    if number == 8:
+        return time
+    if number == 9:
+        return heat
+    return travel
+
+
+@kernel
+def law_value(p, angle, speed, current, torque, voltage, time, heat, travel):
+    """What the law gives; angle, speed: of the side that it is on."""
+    if p.learned_count[0] == 0:
+        return p.learned_value[0]
+    x = _variable(
+        p, p.learned_variables[0], angle, speed, current, torque, voltage, time, heat, travel
+    )
+    found = places(p.learned_at[0], p.learned_count[0], p.learned_period[0], x)
+    width = p.learned_count[1]
+    if width == 0:
+        return _row(p, 0, found)
+    x = _variable(
+        p, p.learned_variables[1], angle, speed, current, torque, voltage, time, heat, travel
+    )
+    across = places(p.learned_at[1], width, p.learned_period[1], x)
+    return (
+        found[4] * _row(p, found[0] * width, across)
+        + found[5] * _row(p, found[1] * width, across)
+        + found[6] * _row(p, found[2] * width, across)
+        + found[7] * _row(p, found[3] * width, across)
+    )
+
+
+_STEP_RAD = 1e-5  # over which the rate of an angle's error is taken
+
+
+@kernel
+def reading_error(p, angle, speed, current, time, heat, travel):
+    """(error of a reading, its change per rad of angle) at the sensors' ports."""
+    here = law_value(p, angle, speed, current, 0.0, 0.0, time, heat, travel)
+    there = law_value(p, angle + _STEP_RAD, speed, current, 0.0, 0.0, time, heat, travel)
+    return here, (there - here) / _STEP_RAD
+
+
+@kernel
+def remember(p, speed, current, heat, travel, time_s, share):
+    """(heat, travel) after `share` of a tick that took `time_s`; speed: of the side it is on.
+
+    heat: current squared behind a low-pass, A^2. travel: rad since the speed last changed sign.
+    """
+    kept = p.learned_heat_kept**share if share != 1.0 else p.learned_heat_kept
+    squared = current * current
+    heat = squared + (heat - squared) * kept
+    if travel * speed < 0.0:
+        travel = 0.0
+    return heat, travel + speed * time_s

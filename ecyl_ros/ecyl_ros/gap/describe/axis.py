@@ -1,0 +1,101 @@
+"""The axis of a table: where its places lie along what was visited, and how smooth it is.
+
+A law is linear in its table's values: along a motion each value is a column of a regression. Values
+are held together by a penalty on their second differences (P-splines, Eilers and Marx), whose
+weight the data choose, so that the number of places says nothing of how fast a law may change.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...drive.compiled import kernel
+from ...drive.law import PERIODS
+from ...effects.learned import places
+from ..replay import FloatArray
+
+# Places of the axis of a law of one variable, and of each of two.
+ALONE = {"position": 48, "rotor_angle": 48, "screw_angle": 48, "heat": 12, "direction": 2}
+_ALONE, PAIRED = 24, 10
+_PERIODIC_PAIRED = 12
+_LEVEL = 1e-6  # ridge on the values themselves, for what nothing else holds
+
+
+@dataclass(frozen=True, eq=False)
+class Axis:
+    """variable: its name. at: float64[k], the places. period: 0 for none."""
+
+    variable: str
+    at: FloatArray
+    period: float
+
+    @classmethod
+    def over(cls, variable: str, visited: FloatArray, *, paired: bool) -> Axis:
+        """Even places over what was visited, without the rarest half percent at either end."""
+        if variable == "direction":
+            return cls(variable, np.array([-1.0, 1.0]), 0.0)
+        period = PERIODS.get(variable, 0.0)
+        if period > 0.0:
+            count = _PERIODIC_PAIRED if paired else ALONE[variable]
+            return cls(variable, np.arange(count) * period / count, period)
+        count = PAIRED if paired else ALONE.get(variable, _ALONE)
+        low, high = np.quantile(visited, [0.005, 0.995])
+        if not high > low:
+            low, high = low - 0.5, low + 0.5
+        return cls(variable, np.linspace(low, high, count), 0.0)
+
+    def columns(self, values: FloatArray) -> FloatArray:
+        """What each place's value counts for along a variable: float64[k, n]."""
+        return _columns(self.at, self.period, np.ascontiguousarray(values, dtype=np.float64))
+
+    def roughness(self) -> FloatArray:
+        """The penalty's matrix, float64[k, k]: second differences, of two places the first."""
+        count = len(self.at)
+        if count == 2:
+            return np.array([[1.0, -1.0], [-1.0, 1.0]])
+        eye = np.eye(count)
+        if self.period > 0.0:
+            second = np.roll(eye, 1, axis=0) - 2.0 * eye + np.roll(eye, -1, axis=0)
+        else:
+            second = np.diff(eye, 2, axis=0)
+        # Of the same weight however many places there are.
+        found: FloatArray = second.T @ second * (count / 10.0) ** 3
+        return found
+
+
+@kernel
+def _columns(at, period, values):
+    found = np.zeros((at.shape[0], values.shape[0]))
+    for index in range(values.shape[0]):
+        row = places(at, at.shape[0], period, values[index])
+        found[row[0], index] += row[4]
+        found[row[1], index] += row[5]
+        found[row[2], index] += row[6]
+        found[row[3], index] += row[7]
+    return found
+
+
+def columns(axes: tuple[Axis, ...], values: list[FloatArray], count: int) -> FloatArray:
+    """What each value of a table counts for along the motion: float64[k, n]."""
+    found = np.ones((1, count))
+    for axis, one in zip(axes, values, strict=True):
+        along = axis.columns(one)
+        found = (found[:, None, :] * along[None, :, :]).reshape(-1, count)
+    return found
+
+
+def roughness(axes: tuple[Axis, ...]) -> FloatArray:
+    """The penalty's matrix of a table, float64[k, k]."""
+    if not axes:
+        return np.zeros((1, 1))
+    if len(axes) == 1:
+        size = len(axes[0].at)
+        return axes[0].roughness() + _LEVEL * np.eye(size)
+    first, second = (one.roughness() for one in axes)
+    a, b = len(first), len(second)
+    found: FloatArray = (
+        np.kron(first, np.eye(b)) / b + np.kron(np.eye(a), second) / a + _LEVEL * np.eye(a * b)
+    )
+    return found

@@ -1,0 +1,316 @@
+"""On what the missing quantity depends: the smallest set of variables that predicts it.
+
+Every set of up to two variables competes, at every port that a balance speaks of, on stretches that
+it was not fitted to. A larger set has to predict better by more than chance moves the difference
+between stretches; among sets that cannot be told apart the one of fewer parameters stands.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+from scipy.signal import savgol_filter
+
+from ...drive.law import PERIODS, Law
+from ..replay import BoolArray, FloatArray
+from ..robust import LOSS_SCALE, robust_weights
+from ..sheet import EVIDENCE_PER_S
+from .axis import Axis, columns, roughness
+from .missing import ROD, TORQUE, VOLTAGE, Missing
+from .motion import HEAT_S, Motion
+from .regress import SMOOTH, Regression, Rows, regress
+
+_ONE_SIDED_95 = 1.645
+_LEAST_TURNS = 1.5  # of a periodic variable, before it says anything of a period
+_STRETCH_S = 0.5
+_LOOKED_AT = 5  # pairs of variables that are looked at closely
+
+_PLACE = ("position", "rotor_angle", "screw_angle")
+_ALIKE = (set(_PLACE), {"speed", "direction"}, {"current", "torque", "voltage"})
+
+_FREE = {
+    "torque": (*_PLACE, "speed", "current", "torque", "time", "heat", "travel"),
+    "friction": (*_PLACE, "speed", "direction", "current", "torque", "time", "heat"),
+    "inverter_voltage": (*_PLACE, "speed", "current", "time", "heat"),
+    "current_error": (*_PLACE, "speed", "current", "time", "heat"),
+    "rod_error": (*_PLACE, "speed", "direction", "time"),
+}
+
+
+@dataclass(frozen=True, eq=False)
+class Guess:
+    """A law at a kind of port, regressed.
+
+    Attributes:
+        kind: `torque` or `friction` (on rotor or load), or a port. of: the variables.
+        axes: of the table. time_constant_s: of heat.
+        found: the regression. on_load: whether the variables are the load's.
+    """
+
+    kind: str
+    of: tuple[str, ...]
+    axes: tuple[Axis, ...]
+    time_constant_s: float
+    found: Regression
+    on_load: bool = False
+
+    def with_values(self, values: FloatArray) -> Guess:
+        """The same with other values."""
+        return replace(self, found=replace(self.found, values=values))
+
+    def law(self, port: str, values: FloatArray | None = None) -> Law:
+        """As it is played at a port."""
+        given = self.found.values if values is None else values
+        return Law(
+            port,
+            self.of,
+            tuple(tuple(float(one) for one in axis.at) for axis in self.axes),
+            tuple(float(one) for one in given),
+            tuple(axis.period for axis in self.axes),
+            self.time_constant_s if "heat" in self.of else 0.0,
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Choice:
+    """What came of the sets at one kind of balance.
+
+    best: the set that stands. rivals: the others, best first. alone: what the sheet alone predicts.
+    """
+
+    best: Guess
+    rivals: tuple[Guess, ...]
+    alone: Regression
+
+
+class Trial(NamedTuple):
+    """Variables to be tried: of the load or the rotor, with a time constant of heat, s."""
+
+    of: tuple[str, ...]
+    on_load: bool = False
+    heat_s: float = 0.0
+
+
+def singles(kind: str, motion: Motion) -> list[Trial]:
+    """No variable, and each one that makes sense at a kind of port."""
+    found = [] if kind == "friction" else [Trial(())]
+    for one in _FREE[kind]:
+        if motion.periods(one, False) < _LEAST_TURNS:
+            continue
+        if one == "torque":
+            found += [Trial((one,), False), Trial((one,), True)]
+        elif one == "heat":
+            found += [Trial((one,), False, heat_s) for heat_s in HEAT_S]
+        else:
+            found.append(Trial((one,)))
+    return found
+
+
+def pairs(kind: str, alone: Sequence[Guess]) -> list[Trial]:
+    """Every two of the variables that were tried alone; heat as it did best."""
+    best: dict[str, Guess] = {}
+    for one in alone:
+        if one.kind == kind and len(one.of) == 1:
+            name = one.of[0]
+            if name not in best or one.found.error < best[name].found.error:
+                best[name] = one
+    return [
+        Trial(
+            tuple(sorted(pair)),
+            any(best[one].on_load for one in pair),
+            max(best[one].time_constant_s for one in pair),
+        )
+        for pair in itertools.combinations(best, 2)
+        if not any(set(pair) <= alike for alike in _ALIKE)
+    ]
+
+
+def stretches(time_s: FloatArray, rows: np.ndarray) -> np.ndarray:
+    """The stretch of half a second each row lies in, numbered from 0 without holes: int64[m]."""
+    index = np.floor(time_s[rows] / _STRETCH_S).astype(np.int64)
+    numbered: np.ndarray = np.unique(index, return_inverse=True)[1]
+    return numbered
+
+
+class Balance:
+    """Rows of one or more balances, whitened, for the regression of laws of one kind."""
+
+    def __init__(
+        self, parts: Sequence[tuple[Missing, float]], motion: Motion, fitted: BoolArray
+    ) -> None:
+        """parts: balances, and what one unit of the law adds to each. fitted: bool[n]."""
+        self.motion, self.parts = motion, parts
+        self.rows = [one.rows[fitted[one.rows]] for one, _ in parts]
+        pulled = sorted({row for one, _ in parts for row in one.pulled})
+        targets, sheets = [], []
+        for (one, _), rows in zip(parts, self.rows, strict=True):
+            targets.append(one.values[rows] / one.noise)
+            sheet = np.zeros((len(pulled), len(rows)))
+            for index, row in enumerate(one.pulled):
+                sheet[pulled.index(row)] = one.columns[index, rows] / one.noise
+            sheets.append(sheet)
+        self.pulled = tuple(pulled)
+        where = np.concatenate(self.rows)
+        self.where = np.unique(where)
+        seconds = len(np.unique(where)) * motion.smooth.step * max(1, motion.smooth.points // 2)
+        self.data = Rows(
+            np.concatenate(targets),
+            np.concatenate(sheets, axis=1),
+            stretches(motion.time_s, where),
+            np.ones(len(where)),
+            max(EVIDENCE_PER_S * seconds, 1.0),
+        )
+        self.level = max(float(np.mean(self.data.target**2)), 1.0)
+
+    def guess(self, kind: str, trial: Trial, level: float, *, glimpse: bool = False) -> Guess:
+        """A law of some variables, regressed.
+
+        level: mean square error to begin with. glimpse: the law is not put through the filter that
+            what it has to predict went through, and few degrees of smoothness are tried.
+        """
+        motion = self.motion
+        values = [motion.variable(one, trial.on_load, trial.heat_s) for one in trial.of]
+        axes = tuple(
+            Axis.over(name, one[self.where], paired=len(trial.of) > 1)
+            for name, one in zip(trial.of, values, strict=True)
+        )
+        law = self._columns(kind, axes, values, filtered=not glimpse)
+        rough = roughness(axes)
+        if glimpse:
+            found = regress(self.data, law, rough, level, choices=SMOOTH[1::3], rounds=1)
+        else:
+            found = regress(self.data, law, rough, level)
+        return Guess(kind, trial.of, axes, trial.heat_s, found, trial.on_load)
+
+    def design(self, guess: Guess) -> tuple[FloatArray, FloatArray]:
+        """What a law's values add to the rows, float64[k, m]; its roughness, float64[k, k]."""
+        values = [
+            self.motion.variable(one, guess.on_load, guess.time_constant_s) for one in guess.of
+        ]
+        law = self._columns(guess.kind, guess.axes, values, filtered=False)
+        return law, roughness(guess.axes)
+
+    def table(self, guess: Guess) -> FloatArray:
+        """What each of a law's values counts for along the whole motion: float64[k, n]."""
+        values = [
+            self.motion.variable(one, guess.on_load, guess.time_constant_s) for one in guess.of
+        ]
+        return columns(guess.axes, values, len(self.motion.time_s))
+
+    def visits(self, guess: Guess) -> FloatArray:
+        """How often the rows came near each place of a law's table: float64[k]."""
+        found: FloatArray = np.abs(self.table(guess)[:, self.where]).sum(axis=1)
+        return found
+
+    def _columns(
+        self, kind: str, axes: tuple[Axis, ...], values: Sequence[FloatArray], *, filtered: bool
+    ) -> FloatArray:
+        motion, where = self.motion, self.where
+        sign = -np.sign(motion.speed) if kind == "friction" else np.ones(len(motion.time_s))
+        if filtered:
+            table = columns(axes, list(values), len(sign)) * sign
+            table = savgol_filter(table, motion.smooth.points, 2, axis=1)[:, where]
+        else:
+            table = columns(axes, [one[where] for one in values], len(where)) * sign[where]
+        parts = [
+            gain * table[:, np.searchsorted(where, rows)] / one.noise
+            for (one, gain), rows in zip(self.parts, self.rows, strict=True)
+        ]
+        return np.concatenate(parts, axis=1)
+
+    def weighed_by(self, guess: Guess) -> None:
+        """From now on let rows that a law leaves far out, such as impacts, count less.
+
+        How far the others are out is what its own scatter says (by its median).
+        """
+        law, _ = self.design(guess)
+        left = self.data.target - guess.found.values @ law - guess.found.pulls @ self.data.sheet
+        scale = max(LOSS_SCALE * 1.4826 * float(np.median(np.abs(left))), LOSS_SCALE)
+        self.data = replace(self.data, weight=robust_weights(left, scale))
+
+    def alone(self) -> Regression:
+        """The sheet alone, without any law."""
+        nothing = np.zeros((0, len(self.data.target)))
+        return regress(self.data, nothing, np.zeros((0, 0)), self.level)
+
+
+def balances_of(
+    found: Mapping[str, Missing], motion: Motion, fitted: BoolArray
+) -> dict[str, Balance]:
+    """The balances that laws are looked for in, by kind of port."""
+    drive = motion.replay.drive
+    made: dict[str, Balance] = {}
+    if TORQUE in found:
+        torque = Balance([(found[TORQUE], 1.0)], motion, fitted)
+        made["torque"] = made["friction"] = torque
+    if VOLTAGE in found:
+        made["inverter_voltage"] = Balance([(found[VOLTAGE], 1.0)], motion, fitted)
+        made["current_error"] = Balance(
+            [
+                (found[TORQUE], -drive.motor.torque_constant),
+                (found[VOLTAGE], drive.motor.resistance),
+            ],
+            motion,
+            fitted,
+        )
+    if ROD in found:
+        made["rod_error"] = Balance([(found[ROD], 1.0)], motion, fitted)
+    return {kind: one for kind, one in made.items() if len(np.unique(one.data.block)) >= 4}
+
+
+def choose(kinds: Sequence[str], balances: Mapping[str, Balance], motion: Motion) -> Choice | None:
+    """Of the kinds that one balance speaks of, the set that stands; None where nothing is known."""
+    kinds = [kind for kind in kinds if kind in balances]
+    if not kinds:
+        return None
+    balance = balances[kinds[0]]
+    guesses = [
+        balance.guess(kind, trial, balance.level)
+        for kind in kinds
+        for trial in singles(kind, motion)
+    ]
+    balance.weighed_by(min(guesses, key=lambda one: one.found.error))
+    alone = balance.alone()
+    guesses = [
+        balance.guess(kind, trial, balance.level)
+        for kind in kinds
+        for trial in singles(kind, motion)
+    ]
+    level = min(one.found.error for one in guesses)
+    glimpsed = [
+        (kind, trial, balance.guess(kind, trial, level, glimpse=True).found.error)
+        for kind in kinds
+        for trial in pairs(kind, guesses)
+    ]
+    for kind, trial, _ in sorted(glimpsed, key=lambda one: one[2])[:_LOOKED_AT]:
+        guesses.append(balance.guess(kind, trial, level))
+    guesses.sort(key=lambda one: one.found.error)
+    best = standing(guesses)
+    return Choice(best, tuple(one for one in guesses if one is not best), alone)
+
+
+def standing(guesses: Sequence[Guess]) -> Guess:
+    """Of guesses on the same rows the simplest that the best does not beat by more than chance."""
+    best = min(guesses, key=lambda one: one.found.error)
+    used = best.found.count > 0
+    counts = best.found.count[used]
+
+    def by_stretch(one: Guess) -> FloatArray:
+        # No stretch counts for more than the others because much happened in it.
+        return np.log((one.found.errors[used] + counts) / counts)
+
+    close = []
+    for one in guesses:
+        gap = by_stretch(one) - by_stretch(best)
+        doubt = float(np.std(gap) / np.sqrt(len(gap)))
+        if one is best or float(np.mean(gap)) <= _ONE_SIDED_95 * doubt:
+            close.append(one)
+    # A law that repeats itself says more than one that only runs alike where it was seen.
+    return min(
+        close,
+        key=lambda one: (len(one.of), -sum(name in PERIODS for name in one.of), one.found.freedom),
+    )

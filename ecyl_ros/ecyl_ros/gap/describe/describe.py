@@ -1,0 +1,263 @@
+"""`describe`: what nothing in the catalogue explains, as a law at a port, or nothing.
+
+1. What each balance of the drive leaves, the sheet free (`missing`).
+2. What it depends on, by prediction of stretches that were not fitted (`choose`), beyond chance
+   (`chance`).
+3. The law at every port that the balance speaks of, played in closed loop (`play`); the port that
+   brings the replay nearest stands.
+4. A law is described only where it takes as much off the gap on held-out stretches as an effect
+   must take off to be named.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...drive.law import PERIODS
+from ..compete import Competition
+from ..earn import earns
+from ..fit import Fit, Fitter
+from ..locate import pooled
+from ..replay import FloatArray
+from ..robust import misfit
+from ..verdict import HELPS
+from . import words
+from .chance import LEVEL, probability
+from .choose import Balance, Choice, Guess, balances_of, choose
+from .description import Course, Description, Resembled
+from .formula import formula
+from .missing import ROD, TORQUE, VOLTAGE, missing
+from .motion import Motion
+from .play import ROUGHLY, Played, at_noise, evaluate, play
+
+_EXPLAINS = 0.5  # share of what the sheet alone leaves of a balance that a law has to predict
+_PLAYED = 3  # laws that are fitted in closed loop
+_ALIKE = 1.02  # costs closer than this factor cannot be told apart
+_VISITED = 3  # samples about a place from which it counts as visited
+_PORTS = {
+    "torque": ("rotor_torque", "load_torque"),
+    "friction": ("rotor_friction", "load_friction"),
+    "inverter_voltage": ("inverter_voltage",),
+    "current_error": ("current_error",),
+    "rod_error": ("rod_error", "rotor_angle_error"),
+}
+_BALANCE = {
+    "torque": TORQUE,
+    "friction": TORQUE,
+    "inverter_voltage": VOLTAGE,
+    "current_error": TORQUE,
+    "rod_error": ROD,
+}
+# The balances that a law at a port shows in.
+_COVERS = {
+    "rotor_torque": {TORQUE},
+    "rotor_friction": {TORQUE},
+    "load_torque": {TORQUE},
+    "load_friction": {TORQUE},
+    "inverter_voltage": {VOLTAGE},
+    "current_error": {TORQUE, VOLTAGE},
+    "rod_error": {ROD},
+    "rotor_angle_error": {ROD, TORQUE, VOLTAGE},
+}
+
+
+@dataclass(frozen=True, eq=False)
+class _Candidate:
+    """A law at a port, as it was regressed (`guess`) and as it begins in closed loop."""
+
+    guess: Guess
+    port: str
+    choice: Choice
+    balance: Balance
+    begun: Played
+
+
+@dataclass(frozen=True, eq=False)
+class Described:
+    """A description, and what is left with it."""
+
+    description: Description
+    played: Played
+
+
+def describe(
+    fitter: Fitter, competition: Competition, threads: int, tell: Callable[[float], None]
+) -> Described | None:
+    """The law that describes the gap; None where there is none, or none can be known.
+
+    Args:
+        fitter: of the recording. competition: in which nothing earned its place.
+        threads: replays side by side. tell: called with the share done.
+    """
+    replay, sheet = fitter.replay, fitter.sheet
+    if replay.drive.learned is not None:
+        return None  # the drive file plays one already
+    motion = Motion.of(replay, replay.full({}))
+    left = missing(motion, sheet)
+    balances = balances_of(left, motion, fitter.rows)
+    candidates: list[_Candidate] = []
+    for number, kinds in enumerate((("torque", "friction"), ("inverter_voltage",), ("rod_error",))):
+        candidates += _candidates(kinds, fitter, balances, motion)
+        tell(0.15 * (1 + number))
+    # Balances that something is missing from: what covers all of them goes first.
+    broken = {_BALANCE[one.guess.kind] for one in candidates}
+    if broken >= {TORQUE, VOLTAGE}:
+        candidates += _candidates(("current_error",), fitter, balances, motion)
+    if not candidates:
+        return None
+    candidates.sort(key=lambda one: (-len(_COVERS[one.port] & broken), one.begun.fitted))
+    with ThreadPoolExecutor(threads) as pool:
+        roughly = [
+            (
+                play(fitter, one.guess, one.port, one.begun.pulls, pool.map, ROUGHLY),
+                one,
+            )
+            for one in candidates[:_PLAYED]
+        ]
+        tell(0.7)
+        roughly.sort(key=lambda one: one[0].fitted)
+        nearest, chosen = roughly[0]
+        begun = chosen.guess.with_values(np.array(nearest.law.values))
+        found = play(fitter, begun, chosen.port, nearest.pulls, pool.map)
+    played = found if found.fitted <= nearest.fitted else nearest
+    tell(0.95)
+    null = competition.sheet
+    if not (_earns(fitter, played, null) and _helps(fitter, played, null)):
+        return None
+    if any(one.names and one.judged <= played.judged for one in _named(competition)):
+        return None  # a set of effects comes as near, unlike as it is
+    chance = probability(chosen.balance, [chosen.guess, *chosen.choice.rivals[:4]])
+    if chance > LEVEL:
+        return None
+    alike = tuple(
+        one.port
+        for other, one in roughly[1:]
+        if other.fitted < _ALIKE * nearest.fitted and one.choice is chosen.choice
+    )
+    return Described(_described(fitter, competition, played, chosen, motion, chance, alike), played)
+
+
+def _candidates(
+    kinds: tuple[str, ...], fitter: Fitter, balances: dict[str, Balance], motion: Motion
+) -> list[_Candidate]:
+    """The set that stands at one balance, at each of its ports."""
+    choice = choose(kinds, balances, motion)
+    if choice is None:
+        return []
+    guess = choice.best
+    if guess.found.error > (1.0 - _EXPLAINS) * choice.alone.error:
+        return []
+    balance = balances[guess.kind]
+    pulls = fitter.sheet.at_nominal
+    pulls[list(balance.pulled)] = guess.found.pulls
+    made = []
+    for port in _PORTS[guess.kind]:
+        # An error of the encoder shows in rod against rotor the other way round.
+        turned = -1.0 if port == "rotor_angle_error" else 1.0
+        begun = guess.with_values(turned * guess.found.values)
+        played = evaluate(fitter, begun.law(port), pulls)
+        made.append(_Candidate(begun, port, choice, balance, played))
+    return made
+
+
+def _named(competition: Competition) -> tuple[Fit, ...]:
+    return (competition.winner, *competition.rivals, *competition.singles)
+
+
+def as_fit(played: Played) -> Fit:
+    """What is left with a law, as fits are compared."""
+    return Fit({}, played.pulls, played.gap, played.fitted, played.judged, played.left)
+
+
+def _earns(fitter: Fitter, played: Played, null: Fit) -> bool:
+    return earns(fitter, as_fit(played), null)
+
+
+def _helps(fitter: Fitter, played: Played, null: Fit) -> bool:
+    """Whether enough of the gap is gone, as an effect has to take off to be named."""
+    if at_noise(fitter, played.judged):
+        return True  # impacts that noise has moved stand for what is left
+    before, after = (_pooled(fitter, gap) for gap in (null.gap, played.gap))
+    white = pooled(fitter.replay, np.ones(len(fitter.replay.signals)))
+    return before - after >= HELPS * (before - white)
+
+
+def _pooled(fitter: Fitter, gap: FloatArray) -> float:
+    """RMS on held-out stretches pooled over the signals."""
+    return pooled(fitter.replay, np.sqrt(np.mean(gap[:, fitter.held] ** 2, axis=1)))
+
+
+def _described(
+    fitter: Fitter,
+    competition: Competition,
+    played: Played,
+    chosen: _Candidate,
+    motion: Motion,
+    chance: float,
+    alike: tuple[str, ...],
+) -> Description:
+    law, guess = played.law, chosen.guess
+    replay = fitter.replay
+    before = _pooled(fitter, fitter.nominal.gap)
+    white = pooled(replay, np.ones(len(replay.signals)))
+    shrink = (before - _pooled(fitter, played.gap)) / max(before - white, 1e-12)
+    nearest = min(competition.singles, key=lambda one: one.judged, default=None)
+    resembles = None
+    if nearest is not None:
+        (name,) = nearest.names
+        resembles = Resembled(name, misfit(nearest.left), misfit(played.left))
+    rivals = [one for one in chosen.choice.rivals if one.of != guess.of]
+    course, points = _course(fitter, chosen, motion, played)
+    return Description(
+        law=law,
+        half=played.half,
+        seen=_seen(chosen),
+        shrink=max(0.0, min(1.0, shrink)),
+        formula=formula(law, played.half),
+        words=f"{words.place(law)} {words.depends(law)}",
+        chance=chance,
+        next_best=tuple((one.of, one.found.error / guess.found.error) for one in rivals[:3]),
+        ports=alike,
+        turns={name: motion.periods(name, guess.on_load) for name in PERIODS},
+        resembles=resembles,
+        course=course,
+        points=points,
+    )
+
+
+def _course(
+    fitter: Fitter, chosen: _Candidate, motion: Motion, played: Played
+) -> tuple[Course, FloatArray]:
+    """The missing quantity, the sheet as it was found beside the law; the points of its curve."""
+    part, gain = chosen.balance.parts[0]
+    pulls = played.pulls[list(part.pulled)]
+    values = (part.values - pulls @ part.columns) / gain
+    if chosen.port == "rotor_angle_error":
+        values = -values
+    unit = played.law.unit
+    table = chosen.balance.table(chosen.guess)
+    predicted = np.array(played.law.values) @ table
+    against = -np.sign(motion.speed) if chosen.guess.kind == "friction" else 1.0
+    half = 1.96 * part.noise / abs(gain)
+    course = Course(motion.time_s, values, half, part.known, predicted * against, unit)
+    rows = part.rows
+    along = [
+        motion.variable(one, chosen.guess.on_load, chosen.guess.time_constant_s)[rows]
+        for one in chosen.guess.of
+    ]
+    at_port = (values * against)[rows]
+    return course, np.array([*along, at_port])
+
+
+def _seen(chosen: _Candidate) -> np.ndarray:
+    """The values of the table that were visited."""
+    axes = chosen.guess.axes
+    if not axes:
+        return np.ones(1, dtype=bool)
+    weight = chosen.balance.visits(chosen.guess)
+    found: np.ndarray = weight >= _VISITED
+    return found

@@ -1,0 +1,218 @@
+"""A law played in closed loop: the recording replayed with it, its values fitted there.
+
+A regression along the recorded motion gives the law's form; what counts is what the loop makes of
+it. The law moves along the directions in which the recording holds its values, the constants of the
+sheet beside it at their price.
+"""
+
+from __future__ import annotations
+
+import copy
+import dataclasses
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import eigh
+
+from ...drive.law import Law
+from ..earn import AT_FLOOR
+from ..fit import CONVERGED, Fitter
+from ..gram import weighted_products
+from ..newton import Differences, Map, Objective, descend
+from ..replay import FloatArray, Replay
+from ..robust import LOSS_SCALE, cost, robust_weights
+from ..stages import COARSE, FINE, MEDIUM, Stage
+from .axis import roughness
+from .choose import Guess
+
+_LEAST, _MOST = 6, 18  # directions that a law moves along, beside its own size
+_FAR = 20.0  # times its RMS that a law may move
+# How it is fitted: stages in turn, each with fresh derivatives and so many steps at the most.
+ROUGHLY = ((COARSE, 2),)
+CLOSELY = (*((COARSE, 3),) * 2, *((MEDIUM, 3),) * 2, *((FINE, 3),) * 3)
+_STILL = 0.98  # of its cost: a stage that leaves more than this has brought nothing
+
+Seen = Callable[[FloatArray], FloatArray]
+
+
+@dataclass(frozen=True, eq=False)
+class Played:
+    """A law as it was fitted in closed loop.
+
+    Attributes:
+        law: it. pulls: float64[k], of the sheet beside it.
+        gap: float64[signals, n], what is left over the noise floor.
+        fitted, judged, left: costs as those of a `Fit`.
+        half: float64[values], half the width of the 95 % band of the law's values. pull_half:
+            float64[k], the same of the pulls.
+    """
+
+    law: Law
+    pulls: FloatArray
+    gap: FloatArray
+    fitted: float
+    judged: float
+    left: float
+    half: FloatArray
+    pull_half: FloatArray
+
+
+def with_law(replay: Replay, law: Law | None) -> Replay:
+    """The same recording, replayed with a law in the drive."""
+    other = copy.copy(replay)
+    other.drive = dataclasses.replace(replay.drive, learned=law)
+    return other
+
+
+def evaluate(fitter: Fitter, law: Law, pulls: FloatArray) -> Played:
+    """What is left with a law as it is."""
+    gap = with_law(fitter.replay, law).gap({}, fitter.sheet.constants(pulls))
+    left = cost(gap, fitter.held)
+    priced = fitter.sheet.priced
+    return Played(
+        law,
+        pulls,
+        gap,
+        priced(cost(gap, fitter.rows), pulls),
+        priced(left, pulls),
+        left,
+        np.zeros(len(law.values)),
+        np.full(len(pulls), np.inf),
+    )
+
+
+def directions(guess: Guess) -> FloatArray:
+    """What a law's values move along, float64[m, values]: its own shape, then what the data hold.
+
+    Each has the RMS of the law's values.
+    """
+    values = guess.found.values
+    size = max(float(np.sqrt(np.mean(values**2))), 1e-12)
+    if len(values) == 1:
+        return np.full((1, 1), size)
+    found = [values / size]
+    wanted = min(max(math.ceil(guess.found.freedom), _LEAST), _MOST)
+    # Where the recording holds the values best, of all that are as smooth as they are.
+    spread, smooth = guess.found.covariance, roughness(guess.axes)
+    level = np.trace(smooth) / len(smooth)
+    _, vectors = eigh(
+        spread + 1e-9 * np.trace(spread) * np.eye(len(spread)),
+        smooth + 1e-6 * level * np.eye(len(smooth)),
+    )
+    rest = np.linalg.pinv(spread, hermitian=True)
+    ranked = sorted(
+        vectors.T, key=lambda one: -float(one @ rest @ one) / float(one @ smooth @ one + 1e-12)
+    )
+    for one in ranked:
+        left = one - sum(float(one @ other) / float(other @ other) * other for other in found)
+        length = float(np.sqrt(np.mean(left**2)))
+        if length > 1e-6 * float(np.sqrt(np.mean(one**2))):
+            found.append(left / length)
+        if len(found) > wanted:
+            break
+    return size * np.array(found)
+
+
+def play(
+    fitter: Fitter,
+    guess: Guess,
+    port: str,
+    pulls: FloatArray,
+    side_by_side: Map = map,
+    how: Sequence[tuple[Stage, int]] = CLOSELY,
+) -> Played:
+    """Fit a regressed law in closed loop at a port.
+
+    Args:
+        fitter: of the recording. guess: the law to begin with. port: where it is played.
+        pulls: float64[k], of the sheet, to begin with. side_by_side: does replays.
+        how: as near as it goes, or `ROUGHLY`, as far as a comparison of ports needs.
+    """
+    sheet, rows = fitter.sheet, fitter.rows
+    along = directions(guess)
+    count, size = len(along), len(along) + len(sheet)
+
+    def at(point: FloatArray) -> Law:
+        return guess.law(port, guess.found.values + point[:count] @ along)
+
+    best = evaluate(fitter, guess.law(port), pulls)
+    lowest, highest = sheet.bounds()
+    low = np.concatenate([np.full(count, -_FAR), lowest])
+    high = np.concatenate([np.full(count, _FAR), highest])
+    reached = np.clip(np.concatenate([np.zeros(count), pulls]), low, high)
+    gap = best.gap
+    slopes = np.zeros((size, len(fitter.replay.signals) * int(rows.sum())))
+    before = math.inf
+    last: Stage | None = None
+    for stage, most in how:
+        done = math.sqrt(best.fitted) <= fitter.perfect
+        if last is not None and (done or (stage is last and best.fitted > _STILL * before)):
+            break
+        before, last = best.fitted, stage
+        seen = fitter.blurred(stage.blur_s)
+        steps = np.array([stage.difference] * count + [stage.pulled] * len(sheet))
+
+        passed: list[tuple[FloatArray, Played]] = []
+
+        def residual(where: FloatArray, seen: Seen = seen) -> FloatArray:
+            replay = with_law(fitter.replay, at(where))
+            return seen(replay.gap({}, sheet.constants(where[count:])))
+
+        def tried(
+            where: FloatArray,
+            seen: Seen = seen,
+            passed: list[tuple[FloatArray, Played]] = passed,
+        ) -> FloatArray:
+            passed.append((where, evaluate(fitter, at(where), where[count:])))
+            return seen(passed[-1][1].gap)
+
+        typical = float(np.median(np.abs(seen(gap))))
+        objective = Objective(
+            residual=residual,
+            tried=tried,
+            loss_scale=max(LOSS_SCALE * stage.wide, 3.0 * typical),
+            evidence=sheet.evidence,
+            precision=np.array([0.0] * count + [4.0] * len(sheet)),
+            low=low,
+            high=high,
+        )
+        descend(
+            objective,
+            reached,
+            slopes,
+            range(size),
+            range(size),
+            Differences(steps, False, side_by_side),
+            most=most,
+            least=CONVERGED,
+        )
+        # The next stage goes on from what this one finds best, as it sees it.
+        values = [objective.value(seen(one.gap), where) for where, one in passed]
+        reached, gap = passed[int(np.argmin(values))][0], passed[int(np.argmin(values))][1].gap
+        best = min([best, *(one for _, one in passed)], key=lambda one: one.fitted)
+    half, pull_half = _half_widths(best, slopes, along, fitter)
+    return dataclasses.replace(best, half=half, pull_half=pull_half)
+
+
+def _half_widths(
+    best: Played, slopes: FloatArray, along: FloatArray, fitter: Fitter
+) -> tuple[FloatArray, FloatArray]:
+    """Half the widths of the 95 % bands of values and pulls, from the curvature at the end."""
+    residual = best.gap[:, fitter.rows].ravel()
+    weight = robust_weights(residual)
+    level = max(float(weight @ residual**2), float(residual.size))
+    pieces = fitter.sheet.evidence / level
+    count = len(along)
+    price = np.diag([0.0] * count + [4.0] * (len(slopes) - count))
+    curvature = pieces * weighted_products(slopes, weight, residual)[0] + price
+    spread = np.linalg.pinv(curvature, rcond=1e-12, hermitian=True)
+    variance = np.einsum("ik,ij,jk->k", along, spread[:count, :count], along)
+    own = np.maximum(np.diag(spread)[count:], 0.0)
+    return 1.96 * np.sqrt(np.maximum(variance, 0.0)), 1.96 * np.sqrt(own)
+
+
+def at_noise(fitter: Fitter, cost: float) -> bool:
+    """Whether a cost is no more than a perfect model's."""
+    return math.sqrt(cost) <= AT_FLOOR * fitter.perfect

@@ -1,0 +1,172 @@
+"""Laws of one or two variables regressed on what a balance leaves, judged stretch by stretch.
+
+Each stretch of the recording is predicted from the others (cross-validation): the smoothness of a
+law, and what it depends on, are those that predict best. The constants of the sheet are free beside
+it at their price, weighed as everywhere else (`sheet`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..replay import FloatArray
+
+# Smoothness that is tried, as the weight of the roughness over that of a squared residual.
+SMOOTH = 10.0 ** np.arange(-5.0, 4.0)
+_ROUNDS = 4  # until level and fit agree
+
+
+@dataclass(frozen=True, eq=False)
+class Rows:
+    """What is regressed.
+
+    Attributes:
+        target: float64[m], in units of its noise. sheet: float64[k, m], of pulls of 1.
+        block: int64[m], the stretch each row lies in, 0, 1, ...
+        weight: float64[m], what the square of a row's error counts for.
+        evidence: independent pieces of evidence in the rows.
+    """
+
+    target: FloatArray
+    sheet: FloatArray
+    block: np.ndarray
+    weight: FloatArray
+    evidence: float
+
+
+@dataclass(frozen=True, eq=False)
+class Regression:
+    """A law regressed on rows.
+
+    Attributes:
+        errors: float64[blocks], squared errors of prediction of each stretch, summed. count:
+            int64[blocks], its rows.
+        values: float64[k], of the law. pulls: float64[p]. smooth: the weight chosen.
+        freedom: effective number of parameters of the law.
+        covariance: float64[k, k], of the values.
+    """
+
+    errors: FloatArray
+    count: np.ndarray
+    values: FloatArray
+    pulls: FloatArray
+    smooth: float
+    freedom: float
+    covariance: FloatArray
+
+    @property
+    def error(self) -> float:
+        """Mean square error of prediction, in squared noises."""
+        return float(self.errors.sum() / self.count.sum())
+
+
+class Normal:
+    """Normal equations of rows and a law, stretch by stretch."""
+
+    def __init__(self, rows: Rows, law: FloatArray, rough: FloatArray) -> None:
+        self.rows, self.size = rows, len(law)
+        root = np.sqrt(rows.weight)
+        design, whole_target = np.concatenate([law, rows.sheet]) * root, rows.target * root
+        blocks = int(rows.block.max()) + 1
+        whole = len(design)
+        self.gram = np.zeros((blocks, whole, whole))
+        self.slope = np.zeros((blocks, whole))
+        self.square = np.zeros(blocks)
+        self.count = np.bincount(rows.block, minlength=blocks)
+        for one in range(blocks):
+            chosen = rows.block == one
+            part, target = design[:, chosen], whole_target[chosen]
+            self.gram[one] = part @ part.T
+            self.slope[one] = part @ target
+            self.square[one] = target @ target
+        self.rough = np.zeros((whole, whole))
+        self.rough[: self.size, : self.size] = rough
+        # Roughness is weighed against how much the rows say of a value on average.
+        scale = np.trace(self.gram.sum(axis=0)[: self.size, : self.size]) / max(self.size, 1)
+        self.rough *= scale if scale > 0.0 else 1.0
+        self.price = np.zeros((whole, whole))
+        held = np.arange(self.size, whole)
+        self.price[held, held] = 4.0
+
+    def held(self, smooth: float, level: float) -> FloatArray:
+        """What is added to the normal equations; level: mean square error."""
+        weight = level * self.count.sum() / self.rows.evidence
+        found: FloatArray = smooth * self.rough + weight * self.price
+        return found
+
+    def predict(
+        self, smooth: float, level: float, folds: Sequence[np.ndarray], slope: FloatArray
+    ) -> FloatArray:
+        """Squared errors of prediction by stretch: float64[blocks, draws].
+
+        slope: float64[blocks, whole, draws] in place of the target's.
+        """
+        added = self.held(smooth, level)
+        gram, right = self.gram.sum(axis=0) + added, slope.sum(axis=0)
+        left = np.stack([gram - self.gram[fold].sum(axis=0) for fold in folds])
+        index = np.arange(left.shape[1])
+        left[:, index, index] *= 1.0 + 1e-9
+        left[:, index, index] += 1e-12
+        rights = np.stack([right - slope[fold].sum(axis=0) for fold in folds])
+        found = np.linalg.solve(left, rights)
+        errors = np.zeros((len(self.count), slope.shape[2]))
+        for fold, one in zip(folds, found, strict=True):
+            for block in fold:
+                spread = self.gram[block] @ one - 2.0 * slope[block]
+                errors[block] = self.square[block] + (one * spread).sum(axis=0)
+        return errors
+
+
+def folds_of(rows: Rows, most: int = 6) -> list[np.ndarray]:
+    """Stretches that are left out together."""
+    blocks = np.unique(rows.block)
+    count = min(most, len(blocks))
+    return [blocks[blocks % count == one] for one in range(count)]
+
+
+def regress(
+    rows: Rows,
+    law: FloatArray,
+    rough: FloatArray,
+    level: float,
+    *,
+    choices: FloatArray = SMOOTH,
+    rounds: int = _ROUNDS,
+) -> Regression:
+    """The law of that smoothness, of `choices`, that predicts best.
+
+    level: mean square error to begin with.
+    """
+    normal = Normal(rows, law, rough)
+    folds = folds_of(rows)
+    slope = normal.slope[:, :, None]
+    choices = choices if normal.size > 1 else choices[:1]
+    best_errors, best = None, float(choices[0])
+    for _ in range(rounds):
+        tried = {
+            float(one): normal.predict(float(one), level, folds, slope)[:, 0] for one in choices
+        }
+        best = min(tried, key=lambda one: tried[one].sum())
+        best_errors = tried[best]
+        now = max(float(best_errors.sum() / normal.count.sum()), 1.0)
+        if now > 0.7 * level:
+            break
+        level = max(now, 0.1 * level)
+    assert best_errors is not None
+    whole = normal.gram.sum(axis=0)
+    inverse = np.linalg.pinv(whole + normal.held(best, level), hermitian=True)
+    found = inverse @ normal.slope.sum(axis=0)
+    size = normal.size
+    freedom = float(np.trace((inverse @ whole)[:size, :size]))
+    return Regression(
+        best_errors,
+        normal.count,
+        found[:size],
+        found[size:],
+        best,
+        freedom,
+        level * inverse[:size, :size],
+    )

@@ -1,0 +1,241 @@
+"""A cause that the library lacks, described: found where it is, refused where there is none."""
+
+from __future__ import annotations
+
+import dataclasses
+import importlib.util
+import math
+import sys
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+from report_samples import diagnosis
+
+from ecyl_ros.cli.main import main
+from ecyl_ros.drive.drive_file import drive_to_flat, load_drive
+from ecyl_ros.drive.law import Law
+from ecyl_ros.drive.packed import pack
+from ecyl_ros.effects.learned import law_value
+from ecyl_ros.gap.compete import Competition
+from ecyl_ros.gap.describe.apply import described, with_description
+from ecyl_ros.gap.describe.axis import Axis, columns, roughness
+from ecyl_ros.gap.describe.choose import Guess, standing
+from ecyl_ros.gap.describe.describe import Described, describe
+from ecyl_ros.gap.describe.effect_file import effect_text
+from ecyl_ros.gap.describe.formula import formula
+from ecyl_ros.gap.describe.regress import Regression, Rows, regress
+from ecyl_ros.gap.diagnosis import Diagnosis, Series
+from ecyl_ros.gap.fit import Fitter
+from ecyl_ros.gap.replay import Replay
+from ecyl_ros.gap.report.page import report_html
+from ecyl_ros.gap.report.terminal import summary
+from ecyl_ros.gap.split import held_out_of
+from ecyl_ros.gap.study.case import Case
+from ecyl_ros.gap.study.cylinder.cases import complete_case, record_case, stated
+from ecyl_ros.gap.study.cylinder.unnamed import UNNAMED
+from ecyl_ros.gap.study.score.laws import covered, of_right, port_right
+from ecyl_ros.gap.twin import write_twin
+
+DRIVE = load_drive("bench")
+SHEET = 0.02
+
+
+@cache
+def _case(name: str | None) -> tuple[Case, Fitter]:
+    """A stand-in off its sheet by 2 %, with a law that has no name, and the fits of its bag."""
+    effects = {} if name is None else {name: {}}
+    kind = "none" if name is None else "law"
+    case = Case(index=0, seed=1481, kind=kind, effects=effects, sheet=SHEET)
+    case = complete_case(case, DRIVE)
+    replay = Replay(record_case(case, DRIVE), stated(DRIVE, SHEET), "case")
+    held = held_out_of(replay.time_s, replay.gap({}), replay.usable)
+    return case, Fitter(replay, held)
+
+
+def _alone(fitter: Fitter) -> Competition:
+    """A competition in which nothing earned its place."""
+    return Competition(fitter.nominal, fitter.nominal, (), fitter.nominal, (), {})
+
+
+@cache
+def _cubic() -> tuple[Case, Fitter, Described]:
+    case, fitter = _case("x_law_cubic_drag")
+    found = describe(fitter, _alone(fitter), 2, lambda share: None)
+    assert found is not None
+    return case, fitter, found
+
+
+def test_a_law_is_found_at_its_port_with_its_variable_and_its_curve():
+    """A torque of the speed cubed on the rotor, the sheet off by 2 %: nine tenths of the gap."""
+    case, _, found = _cubic()
+    law, kind = found.description.as_json(), UNNAMED["x_law_cubic_drag"]
+    assert port_right(law, kind)
+    assert of_right(law, kind)
+    assert law["shrink"] >= 0.9
+    assert law["chance"] <= 0.01
+    share = covered(law, kind, case)
+    assert share is None or share >= 0.5
+
+
+def test_the_twin_with_the_law_stands_where_the_description_said(tmp_path: Path):
+    """The file that is written, replayed, leaves what was said; and it is the law, rounded."""
+    _, fitter, found = _cubic()
+    told = _told(fitter, found)
+    out = tmp_path / "twin.yaml"
+    write_twin(told, "bench", out)
+    twin = load_drive(out)
+    assert twin.learned is not None
+    assert np.allclose(twin.learned.values, found.played.law.values, rtol=1e-8)
+    replay = Replay(fitter.replay.recording, twin, "case")
+    fitted = Fitter(replay, fitter.held)
+    assert fitted.nominal.left == pytest.approx(found.played.left, rel=0.05)
+
+
+def _told(fitter: Fitter, found: Described) -> Diagnosis:
+    """An unexplained diagnosis of the case, described."""
+    replay = fitter.replay
+    bare = replay.simulate({})
+    series = Series(
+        replay.time_s, replay.reference_m, replay.recorded, bare, bare, fitter.held, replay.usable
+    )
+    unexplained = dataclasses.replace(diagnosis("unexplained"), series=series)
+    return described(unexplained, found, fitter)
+
+
+def test_words_and_page_say_what_was_found():
+    """Terminal, JSON and page: verdict, port, variable, formula's unit, curve with band."""
+    _, fitter, found = _cubic()
+    told = _told(fitter, found)
+    text = summary(told)
+    assert "Nothing in the catalogue explains the gap, but it can be described" in text
+    assert "a torque on the rotor" in text or "a drag on the rotor" in text
+    assert "depends on    speed" in text
+    page = report_html(told)
+    assert "<h1>Described</h1>" in page
+    assert 'class="band after"' in page and 'class="dots"' in page
+    data = told.as_json()
+    assert data["verdict"] == "described" and data["causes"] == []
+    assert data["law"]["of"] == ["speed"] and data["location"]["block"] == "motor_mechanical"
+
+
+def test_a_machine_within_its_sheet_is_not_described():
+    """Noise and constants off by 2 % never become a law."""
+    _, fitter = _case(None)
+    assert describe(fitter, _alone(fitter), 2, lambda share: None) is None
+
+
+def test_only_what_is_unexplained_is_described():
+    """A diagnosis with another verdict comes back as it is."""
+    named = diagnosis("no_gap")
+    assert with_description(named, None, None) is named  # type: ignore[arg-type]
+
+
+def _rows(target: np.ndarray, count: int) -> Rows:
+    block = np.arange(count) // 40
+    return Rows(target, np.zeros((0, count)), block, np.ones(count), float(count))
+
+
+def test_prediction_finds_the_smoothness_that_the_truth_has():
+    """A straight line is fitted with few degrees of freedom, a fast wave with many, both well."""
+    rng = np.random.default_rng(3)
+    x = rng.uniform(-1.0, 1.0, 800)
+    axis = (Axis.over("position", x, paired=False),)
+    law, rough = columns(axis, [x], len(x)), roughness(axis)
+    found = {}
+    for name, truth in (("line", 5.0 * x), ("wave", 5.0 * np.sin(15.0 * x))):
+        rows = _rows(truth + rng.standard_normal(len(x)), len(x))
+        found[name] = regress(rows, law, rough, 13.0)
+        off = found[name].values @ law - truth
+        assert float(np.sqrt(np.mean(off**2))) < 0.35
+        assert found[name].error < 1.2
+    assert found["line"].freedom < 8.0 < found["wave"].freedom
+
+
+def _guess(of: tuple[str, ...], errors: np.ndarray, freedom: float) -> Guess:
+    none = np.zeros(0)
+    count = np.full(len(errors), 40)
+    made = Regression(errors, count, none, none, 1.0, freedom, np.zeros((0, 0)))
+    return Guess("torque", of, (), 0.0, made)
+
+
+def test_the_smaller_set_stands_unless_the_larger_predicts_better_stretch_by_stretch():
+    """A lead on one stretch alone is chance; the same lead on all of them is not."""
+    rng = np.random.default_rng(5)
+    level = 40.0 * np.exp(0.05 * rng.standard_normal(16))
+    one_better = level.copy()
+    one_better[3] *= 0.01
+    small, large = _guess(("speed",), level, 9.0), _guess(("speed", "time"), one_better, 9.0)
+    assert standing([small, large]) is small
+    large = _guess(("speed", "time"), 0.5 * level, 9.0)
+    assert standing([small, large]) is large
+
+
+def test_a_formula_is_the_shortest_that_does_as_well():
+    """A cube, a wave of the turn and a product come back as such, with their units."""
+    w = np.linspace(-10.0, 10.0, 24)
+    law = Law("rotor_torque", ("speed",), (tuple(w),), tuple(-2e-3 * w**3))
+    assert formula(law, np.zeros(24)) == "-0.002 N m/(rad/s)^3 w^3"
+    a = np.arange(48) * 2.0 * math.pi / 48
+    law = Law("rotor_torque", ("rotor_angle",), (tuple(a),), tuple(0.1 * np.sin(3.0 * a)))
+    assert formula(law, np.zeros(48)) == "0.1 N m sin(3a)"
+    noise = np.random.default_rng(1).standard_normal(24)
+    law = Law("rotor_torque", ("speed",), (tuple(w),), tuple(noise))
+    assert formula(law, np.zeros(24)) is None
+
+
+def test_a_learned_law_becomes_an_effect_that_plays_it(tmp_path: Path, capsys):
+    """`ecyl new-effect`: the file it writes gives, as an effect, what the law gives."""
+    at = ((-0.01, -0.004, 0.0, 0.01), (-1.0, 1.0))
+    values = (0.1, 0.2, 0.4, 0.1, 0.0, 0.3, 0.2, 0.25)
+    law = Law("load_friction", ("position", "speed"), at, values)
+    flat = drive_to_flat(dataclasses.replace(DRIVE, learned=law))
+    drive = tmp_path / "drive.yaml"
+    flat = {key: one for key, one in flat.items() if one != []}
+    drive.write_text(yaml.safe_dump({"/**": {"ros__parameters": flat}}))
+    out, test = tmp_path / "tired_rail.py", tmp_path / "test_tired_rail.py"
+    asked = ["new-effect", str(drive), "--name", "tired_rail", "--out", str(out)]
+    assert main([*asked, "--test", str(test)]) == 0
+    compile(test.read_text(), str(test), "exec")
+    assert main(asked) == 2  # it is there
+    module = _loaded(out, "tired_rail")
+    assert module.EFFECT.parameters[0].name == "peak_nm"
+    record = pack(dataclasses.replace(DRIVE, learned=law))[0]
+
+    class Given:
+        tired_rail_peak_nm = 0.4
+        rod_per_rotor = DRIVE.transmission.rod_per_rotor
+
+    for place, speed in ((-0.02, 0.3), (-0.003, -0.7), (0.004, 2.0), (0.009, 0.0)):
+        angle = place / DRIVE.transmission.rod_per_rotor
+        played = law_value(record, angle, speed, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+        named = module.load_friction.py_func(Given, speed, 0.0, angle, 0.0)
+        assert named == pytest.approx(max(played, 0.0), rel=1e-6, abs=1e-9)
+    capsys.readouterr()
+
+
+def _loaded(path: Path, name: str):
+    spec = importlib.util.spec_from_file_location(f"ecyl_ros.effects.{name}", path)
+    assert spec is not None and spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[spec.name] = module
+    try:
+        spec.loader.exec_module(module)
+    finally:
+        del sys.modules[spec.name]
+    return module
+
+
+def test_an_effect_that_cannot_play_a_law_is_refused(tmp_path: Path, capsys):
+    """A law of heat, a name that is taken, a drive file without a law: one line, exit 2."""
+    law = Law("rotor_friction", ("heat",), ((0.0, 1.0),), (0.0, 1.0), (), 1.0)
+    with pytest.raises(Exception, match=r"effects.learned.of = heat: an effect at rotor_friction"):
+        effect_text(law, "warm")
+    with pytest.raises(Exception, match=r"--name local_jam: there is such an effect"):
+        effect_text(Law("load_torque", (), (), (1.0,)), "local_jam")
+    out = tmp_path / "some.py"
+    assert main(["new-effect", "bench", "--name", "some", "--out", str(out)]) == 2
+    assert "no effects.learned; expected a learned law" in capsys.readouterr().err
+    assert not out.exists()
