@@ -233,7 +233,9 @@ class Plant(DriveNode):
 
     def _take_command(self, stamp_ns: int, voltage: list[float]) -> None:
         """Real time: the newest command holds, unless it answers what is long past."""
-        if self._stamp_ns - stamp_ns > self._watchdog_ns or self._given_up is not None:
+        # At rest only what is clearly in time ends the rest: the next loss would follow at once.
+        oldest_ns = self._watchdog_ns if self.resting is None else self._watchdog_ns // 2
+        if self._stamp_ns - stamp_ns > oldest_ns or self._given_up is not None:
             return  # from a controller that stood still, or for a drive that is to stay at rest
         self.heard_partner()
         self._command[:] = voltage
