@@ -16,24 +16,12 @@ from geometry_msgs.msg import Vector3Stamped
 from rclpy.serialization import serialize_message
 from sensor_msgs.msg import JointState
 
-from ..recording.cdr import HEADER, CdrError, Layout, layout_of
+from ..recording.cdr import CdrError, Layout, layout_of
 from ..recording.topics import JOINT_STATE, VECTOR3_STAMPED
 from .wire import NANOSECONDS
 
 _NAMES = {JointState: JOINT_STATE, Vector3Stamped: VECTOR3_STAMPED}
 _NUMBER = 8  # bytes of a float64
-
-
-def _runs(offsets: Sequence[int], order: str) -> list[tuple[struct.Struct, int, slice]]:
-    """Neighbours among the numbers, to be packed at once: their struct, offset and places."""
-    runs: list[tuple[struct.Struct, int, slice]] = []
-    start = 0
-    for i in range(1, len(offsets) + 1):
-        if i == len(offsets) or offsets[i] != offsets[i - 1] + _NUMBER:
-            packed = struct.Struct(f"{order}{i - start}d")
-            runs.append((packed, offsets[start], slice(start, i)))
-            start = i
-    return runs
 
 
 def _fixed(layout: Layout, size: int) -> list[slice]:
@@ -55,18 +43,32 @@ class Outgoing:
         """message: what stays as it is. paths: the numbers to be written (see `TopicSpec`)."""
         data = bytes(serialize_message(message))
         layout = layout_of(_NAMES[type(message)], data)
-        self._data = bytearray(data)
-        self._stamp = struct.Struct(f"{layout.order}iI")
-        self._at = layout.stamp
-        self._runs = _runs([layout.values[path] for path in paths], layout.order)
+        places = [layout.values[path] for path in paths]
+        # One struct of the whole message: stamp, constant bytes and numbers by turns.
+        changing = sorted([(layout.stamp, "iI", 8), *((at, "d", _NUMBER) for at in places)])
+        form, end = layout.order, 0
+        self._fields: list[Any] = []
+        slots: list[int] = []
+        for at, code, size in changing:
+            if at > end:
+                form += f"{at - end}s"
+                self._fields.append(data[end:at])
+            slots.append(len(self._fields))
+            self._fields += [0] * len(code)
+            form, end = form + code, at + size
+        self._struct = struct.Struct(f"{form}{len(data) - end}s")
+        self._fields.append(data[end:])
+        self._stamp = slots.pop(0)  # it stands in the header, before all numbers
+        order = sorted(range(len(places)), key=places.__getitem__)
+        self._slots = tuple(zip(slots, order, strict=True))
 
     def pack(self, stamp_ns: int, numbers: Sequence[float]) -> bytes:
         """The message with this stamp, ns, and these numbers in the order of the paths."""
-        data = self._data
-        self._stamp.pack_into(data, self._at, *divmod(stamp_ns, NANOSECONDS))
-        for packed, offset, places in self._runs:
-            packed.pack_into(data, offset, *numbers[places])
-        return bytes(data)
+        fields, at = self._fields, self._stamp
+        fields[at], fields[at + 1] = divmod(stamp_ns, NANOSECONDS)
+        for slot, index in self._slots:
+            fields[slot] = numbers[index]
+        return self._struct.pack(*fields)
 
 
 class Incoming:
@@ -78,21 +80,22 @@ class Incoming:
         self._paths = paths
         self._size = -1
         self._known: list[tuple[slice, bytes]] = []
-        self._stamp, self._at = struct.Struct("<iI"), HEADER
-        self._runs: list[tuple[struct.Struct, int, slice]] = []
+        self._struct = struct.Struct("<")
+        self._order: tuple[int, ...] = ()
 
     def unpack(self, data: bytes) -> tuple[int, list[float]]:
         """Stamp in ns and numbers in the order of the paths.
 
         Raises CdrError, with the reason, for bytes that are no such message or lack a number.
         """
-        if len(data) != self._size or any(data[part] != kept for part, kept in self._known):
+        if len(data) != self._size:
             self._learn(bytes(data))
-        sec, nanosec = self._stamp.unpack_from(data, self._at)
-        numbers: list[float] = []
-        for packed, offset, _ in self._runs:
-            numbers += packed.unpack_from(data, offset)
-        return sec * NANOSECONDS + nanosec, numbers
+        for part, kept in self._known:
+            if data[part] != kept:
+                self._learn(bytes(data))
+                break
+        found = self._struct.unpack_from(data)
+        return found[0] * NANOSECONDS + found[1], [found[index] for index in self._order]
 
     def _learn(self, data: bytes) -> None:
         self._size = -1  # unless all goes well
@@ -100,7 +103,12 @@ class Incoming:
         missing = [path for path in self._paths if path not in layout.values]
         if missing:
             raise CdrError(f"{self._name} lacks {missing[0]}")
-        self._stamp, self._at = struct.Struct(f"{layout.order}iI"), layout.stamp
-        self._runs = _runs([layout.values[path] for path in self._paths], layout.order)
+        places = [layout.values[path] for path in self._paths]
+        form, end = f"{layout.order}{layout.stamp}xiI", layout.stamp + 8
+        for at in sorted(places):
+            form, end = f"{form}{at - end}xd", at + _NUMBER
+        self._struct = struct.Struct(form)
+        ranks = sorted(places)
+        self._order = tuple(2 + ranks.index(at) for at in places)
         self._known = [(part, data[part]) for part in _fixed(layout, len(data))]
         self._size = len(data)
