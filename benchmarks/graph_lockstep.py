@@ -119,7 +119,7 @@ def main() -> None:
     ping_pong(report, options.turns, options.seconds)
     if trips_per_s is not None:
         across_processes(report, domain, options.turns, options.seconds)
-    in_one_process(report, options.turns, options.seconds)
+        in_one_process(report, options.turns, options.seconds)
     report.finish(options.json)
 
 

@@ -97,7 +97,7 @@ def measured(seconds: float) -> dict[str, float]:
         )
         return dict(json.loads(done.stdout))
     finally:
-        other.terminate()
+        other.kill()
         other.wait()
 
 

@@ -17,6 +17,7 @@ import rclpy
 from rclpy.executors import Executor, SingleThreadedExecutor
 from rclpy.task import Future
 
+AT_ONCE = 256  # messages of one subscription, before the others have their turn
 LOOK_S = 0.02  # how often timers and services are looked at, at least
 EVENTS_S = 5.0  # how often quality-of-service events are, which nobody waits for
 EVENTS_BEFORE_S = 1.0  # the same until the first message has come: they tell why none does
@@ -30,7 +31,7 @@ def make_executor() -> Executor:
 
 
 class _Inbox:
-    """One subscription: `serve` hands its messages over until none is left."""
+    """One subscription: `serve` hands over the messages that have come."""
 
     def __init__(self, subscription: Any) -> None:
         self.handle = subscription.handle
@@ -40,12 +41,11 @@ class _Inbox:
 
     def serve(self) -> bool:
         """Whether there was a message."""
-        taken = self._take(self._type, self._raw)
-        if taken is None:
-            return False
-        while taken is not None:
-            self._subscription.callback(taken[0])
+        for count in range(AT_ONCE):
             taken = self._take(self._type, self._raw)
+            if taken is None:
+                return count > 0
+            self._subscription.callback(taken[0])
         return True
 
 
