@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from math import inf
 from typing import Any
 
 import rclpy
@@ -53,7 +54,8 @@ class DirectExecutor(SingleThreadedExecutor):
     """Spins nodes whose subscriptions have callbacks that take the message alone.
 
     A node with an attribute `batch_s` above 0 gets its messages so far apart, s; one with
-    `takes_with_timers` before its timers are called. For all others messages are waited for.
+    `takes_when_due` before its `on_due` is called, at `due_s` on the monotonic clock. For all
+    others messages are waited for.
     """
 
     def __init__(self) -> None:
@@ -61,6 +63,7 @@ class DirectExecutor(SingleThreadedExecutor):
         self._count = -1  # subscriptions known
         self._waited: list[_Inbox] = []
         self._batched: list[_Inbox] = []
+        self._paced: list[Any] = []
         self._batch_s = LOOK_S
         self._wait_set: Any = None
         self._next_rest = self._next_events = 0.0
@@ -81,7 +84,7 @@ class DirectExecutor(SingleThreadedExecutor):
     def spin_until_future_complete(self, future: Future, timeout_sec: float | None = None) -> None:
         """Run callbacks until the future is done, the context is shut down, or time is over."""
         now = time.monotonic()
-        end = now + timeout_sec if timeout_sec is not None and timeout_sec >= 0.0 else float("inf")
+        end = now + timeout_sec if timeout_sec is not None and timeout_sec >= 0.0 else inf
         next_batch = next_look = now
         ok, done = self.context.ok, future.done
         while ok() and not done():
@@ -89,20 +92,23 @@ class DirectExecutor(SingleThreadedExecutor):
             for inbox in self._waited:
                 served |= inbox.serve()
             now = time.monotonic()
+            due = min([node.due_s for node in self._paced], default=inf)
+            if now >= min(due, next_batch, next_look):
+                for inbox in self._batched:
+                    served |= inbox.serve()
+                next_batch = now + self._batch_s
+            if now >= due:
+                for node in self._paced:
+                    if now >= node.due_s:
+                        node.on_due()
             if now >= next_look:
-                for inbox in self._batched:
-                    served |= inbox.serve()
                 next_look = min(self._look(now), now + LOOK_S)
-                next_batch = now + self._batch_s
-            elif now >= next_batch:
-                for inbox in self._batched:
-                    served |= inbox.serve()
-                next_batch = now + self._batch_s
             self._heard |= served
             if now >= end:
                 return
             if not served:
-                self._sleep(min(next_look, next_batch, end) - time.monotonic())
+                due = min([node.due_s for node in self._paced], default=inf)
+                self._sleep(min(next_look, next_batch, due, end) - time.monotonic())
 
     def _sleep(self, seconds: float) -> None:
         """Until a message that is waited for has come, at most so long."""
@@ -145,11 +151,12 @@ class DirectExecutor(SingleThreadedExecutor):
     def _gather(self, nodes: list[Any]) -> None:
         """Sort the subscriptions there are now, and make the wait set of those waited for."""
         self._waited, self._batched = [], []
+        self._paced = [node for node in nodes if getattr(node, "takes_when_due", False)]
         batches = [LOOK_S]
         self._count = 0
         for node in nodes:
             batch_s = getattr(node, "batch_s", 0.0)
-            later = batch_s > 0.0 or getattr(node, "takes_with_timers", False)
+            later = batch_s > 0.0 or getattr(node, "takes_when_due", False)
             if batch_s > 0.0:
                 batches.append(batch_s)
             for subscription in node.subscriptions:

@@ -50,8 +50,10 @@ class DriveNode(Node):
     # A node that need not answer at once takes its messages in batches this far apart, s: waking
     # up for each of some thousand messages a second costs more than handling them.
     batch_s: float = 0.0
-    # A node that a timer paces takes them when it wakes for that, with `DirectExecutor`.
-    takes_with_timers: bool = False
+    # What `DirectExecutor` calls `on_due` for, s on the monotonic clock: rcl's timers run by
+    # another clock, which drifts against it. Such a node takes its messages then.
+    due_s: float = math.inf
+    takes_when_due: bool = False
 
     def __init__(self, name: str, own: dict[str, tuple[Any, str]], **options: Any) -> None:
         """own: this node's further parameters, name -> (default, meaning)."""
@@ -159,6 +161,9 @@ class DriveNode(Node):
                 begin()
 
         timer = self.create_timer(LOOK_PERIOD_S, look, clock=steady)
+
+    def on_due(self) -> None:
+        """Called when `due_s` has come; sets the next."""
 
     def heard_partner(self) -> None:
         """Note that the partner is alive."""

@@ -18,8 +18,9 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-# Plant and controller come first; the others can wait a little when the machine is busy.
+# Plant and controller come first; who only listens can wait a little when the machine is busy.
 FIRST = ("plant", "controller")
+LISTENING = ("analyser", "recorder")
 BACKGROUND_NICE = 5
 NO_SPIN = {"RCLPY_CYCLONE_SPIN_US": "0"}  # heeded by rclpy_cyclone only
 NODES = ("recorder", "analyser", "reference", "controller", "plant")
@@ -128,7 +129,7 @@ class NodeProcesses:
                 command,
                 start_new_session=True,
                 preexec_fn=partial(
-                    prepare_child, 0 if first else BACKGROUND_NICE, processors(first)
+                    prepare_child, BACKGROUND_NICE if name in LISTENING else 0, processors(first)
                 ),
                 env=environment,
             )

@@ -20,6 +20,7 @@ from diagnostic_msgs.msg import DiagnosticStatus
 from geometry_msgs.msg import Vector3Stamped
 from rclpy.clock import Clock, ClockType
 from rclpy.duration import Duration
+from rclpy.timer import Timer
 from rosgraph_msgs.msg import Clock as ClockMessage
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Header
@@ -40,6 +41,7 @@ from ..drive.telemetry import joint_values, tick_stamp_ns
 from ..recording.cdr import CdrError
 from ..recording.topics import JOINT_FIELDS
 from . import wire
+from .direct_executor import DirectExecutor
 from .drive_node import DriveNode
 from .ready_bytes import Incoming, Outgoing
 from .realtime import TickTiming, run_as_others, run_first, watchdog_ns, with_transport_delay
@@ -104,7 +106,7 @@ class Plant(DriveNode):
         self._watchdog_ns = watchdog_ns(self._rate)
         self._losses: deque[int] = deque(maxlen=LOSSES)  # ticks at which the voltage stayed away
         self._given_up: int | None = None  # tick at which a run under overload ends
-        self.takes_with_timers = self.realtime
+        self.takes_when_due = self.realtime
         self.timing = TickTiming(self._rate)
 
         # Compile, or load from cache, before anybody waits for a tick.
@@ -139,7 +141,7 @@ class Plant(DriveNode):
             raw=True,
         )
         steady = Clock(clock_type=ClockType.STEADY_TIME)
-        self._timer = None
+        self._timer: Timer | None = None
         self._steady = steady
         self._start_timer = self.create_timer(0.05, self._try_start, clock=steady)
         # Half a second apart: together they would take as long as a tick has at 1 kHz.
@@ -171,10 +173,8 @@ class Plant(DriveNode):
             return
         self._start_timer.cancel()
         if self.realtime:
-            # The timer first, and whole periods to tick 0: so the timer's instants are the ticks'.
-            self._timer = self.create_timer(1.0 / self._rate, self._on_timer, clock=self._steady)
-            delay = math.ceil(START_DELAY_S * self._rate) / self._rate
-            self._started = time.monotonic() + delay
+            self._started = self._pace()
+            delay = self._started - time.monotonic()
             self._epoch_ns = self.get_clock().now().nanoseconds + round(delay * 1e9)
             self._commanded_ns = self._epoch_ns
             self._epoch.publish(wire.to_time(self._epoch_ns))
@@ -190,6 +190,22 @@ class Plant(DriveNode):
             self._epoch.publish(wire.to_time(0))
             self._measure_and_publish()
         self.heard_partner()
+
+    def _pace(self) -> float:
+        """Have the ticks called from some time on; when tick 0 is, s on the monotonic clock."""
+        if isinstance(self.executor, DirectExecutor):
+            self.due_s = time.monotonic() + START_DELAY_S
+            return self.due_s
+        # Whole periods from the timer's first call to tick 0: so its instants are the ticks'.
+        timer = self.create_timer(1.0 / self._rate, self._on_timer, clock=self._steady)
+        self._timer = timer
+        first = time.monotonic() + 1e-9 * (timer.time_until_next_call() or 0)
+        return first + math.ceil(START_DELAY_S * self._rate) / self._rate
+
+    def on_due(self) -> None:
+        """Real time: a tick is due."""
+        self._on_timer()
+        self.due_s = self._started + self._tick / self._rate
 
     def waiting_for(self) -> str | None:
         """The controller or reference until they are there, then the command.
@@ -331,6 +347,7 @@ class Plant(DriveNode):
         self._params = pack(drive)
 
     def _end_run(self) -> None:
+        self.due_s = math.inf
         if self._timer is not None:
             self._timer.cancel()
         for publisher in (self._measurement, self._telemetry, self._telemetry_current):
