@@ -203,9 +203,8 @@ def test_telemetry_keeps_to_its_instants_whatever_is_late(graph, listener) -> No
         listener.until(lambda: False, 0.03)
         graph.nodes["controller"].send_signal(signal.SIGCONT)
         listener.until(lambda: False, 0.1)
-    text = graph.end("controller")
+    graph.end("controller")
     listener.until(lambda: False, 0.3)
     found = [stamp for stamp in stamps["voltage"] if stamp >= stamps["joints"][0]]
     assert len(found) > 200 and set(found) <= set(stamps["joints"])
     assert found == sorted(set(found))
-    assert "were over before they were answered" in text
