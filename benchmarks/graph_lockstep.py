@@ -1,9 +1,9 @@
-"""Ticks a second of the lockstep graph, across processes and in one, beside the bare transport.
+"""Ticks a second of the lockstep graph, across processes and in one, beside what it stands on.
 
-A tick across processes is a round trip: two messages from the plant, one voltage back. The
-transport's own round trips are measured in the same run, by turns: as the kernel places the two
-processes, which is what the target refers to, and on one processor, as the launcher places plant
-and controller.
+A tick across processes is a round trip: a measurement from the plant, a voltage back. Measured by
+turns in the same run: a bare Float64 ping-pong of two ordinary rclpy nodes, on whichever rclpy
+there is, and, where the `cyclonedds` package is installed, the transport's own round trips: as the
+kernel places the two processes, and on one processor, as the launcher places plant and controller.
 """
 
 from __future__ import annotations
@@ -12,8 +12,36 @@ import os
 import statistics
 
 from graph import run_graph, use_private_domain
+from ping_pong import measured
 from report import Report, parser
-from transport import trips_per_s
+
+try:
+    from transport import trips_per_s
+except ModuleNotFoundError:  # genuine ROS 2 alone
+    trips_per_s = None
+
+
+def ping_pong(report: Report, turns: int, duration_s: float) -> None:
+    """The graph in five processes and in one beside the ping-pong, by turns."""
+    rows, ratios = [], []
+    for turn in range(1, turns + 1):
+        bare = measured(3.0)
+        five = run_graph("bench", duration_s)["ticks_per_s"]
+        one = run_graph("bench", duration_s, in_process=True)["ticks_per_s"]
+        trips = bare["trips_per_s"]
+        ratios.append((five / trips, one / trips))
+        p99 = f"{1e6 * bare['p99_s']:.0f}"
+        rows.append([str(turn), f"{trips:.0f}", p99, f"{five:.0f}", f"{one:.0f}"])
+    report.say("Bare Float64 ping-pong of two rclpy nodes; the graph of profile bench.")
+    report.table(["turn", "trips/s", "p99 us", "five processes ticks/s", "one process"], rows)
+    for name, target, column in (("five_processes", "0.6", 0), ("one_process", "0.9", 1)):
+        report.target(
+            f"{name}_over_ping_pong",
+            statistics.median(ratio[column] for ratio in ratios),
+            ".2f",
+            f"{target} or more",
+            f"ticks per bare round trip, {name.replace('_', ' ')}",
+        )
 
 
 def trips_per_s_on_one_processor(seconds: float, domain: int) -> float:
@@ -27,7 +55,7 @@ def trips_per_s_on_one_processor(seconds: float, domain: int) -> float:
 
 
 def across_processes(report: Report, domain: int, turns: int, duration_s: float) -> None:
-    """Parts (a) and (b): the transport and the graph over it, by turns."""
+    """The transport and the graph over it, by turns."""
     rows, trips, trips_of_three, trips_on_one, ticks = [], [], [], [], []
     for turn in range(1, turns + 1):
         trips.append(trips_per_s(3.0, domain))
@@ -60,7 +88,7 @@ def across_processes(report: Report, domain: int, turns: int, duration_s: float)
 
 
 def in_one_process(report: Report, turns: int, duration_s: float) -> None:
-    """Part (c): all nodes on one executor."""
+    """All nodes on one executor."""
     report.say("\nOne process, one executor:")
     for recorder in (True, False):
         rates = [
@@ -79,7 +107,7 @@ def in_one_process(report: Report, turns: int, duration_s: float) -> None:
 
 
 def main() -> None:
-    """Print all three parts."""
+    """Print all parts."""
     made = parser(__doc__)
     made.add_argument("--turns", type=int, default=3, help="the median counts (default 3)")
     made.add_argument(
@@ -88,8 +116,10 @@ def main() -> None:
     options = made.parse_args()
     domain = use_private_domain()
     report = Report("lockstep graph")
-    across_processes(report, domain, options.turns, options.seconds)
-    in_one_process(report, options.turns, options.seconds)
+    ping_pong(report, options.turns, options.seconds)
+    if trips_per_s is not None:
+        across_processes(report, domain, options.turns, options.seconds)
+        in_one_process(report, options.turns, options.seconds)
     report.finish(options.json)
 
 

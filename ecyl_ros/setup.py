@@ -65,6 +65,7 @@ setup(
             "analyser = ecyl_ros.nodes.entry:analyser",
             "recorder = ecyl_ros.nodes.entry:recorder",
             "gap_monitor = ecyl_ros.nodes.entry:gap_monitor",
+            "round_trip = ecyl_ros.nodes.entry:round_trip",
         ],
         "ros2cli.command": ["ecyl = ecyl_ros.cli.ros2_command:EcylCommand"],
     },

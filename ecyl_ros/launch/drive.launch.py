@@ -1,18 +1,17 @@
 """Launch the drive: plant, controller, reference and analyser; a recorder if `out` is given; the
 gap monitor beside them with `monitor:=true`."""
 
-from launch.actions import EmitEvent, RegisterEventHandler
+from launch.actions import OpaqueFunction, RegisterEventHandler
 from launch.conditions import IfCondition
 from launch.event_handlers import OnProcessExit
-from launch.events import Shutdown
 from launch.substitutions import LaunchConfiguration, PythonExpression
 
-from ecyl_ros.nodes.launch_parts import drive_arguments, drive_node, value
+from ecyl_ros.nodes.launch_parts import check, drive_arguments, drive_node, ended, value
 from launch import LaunchDescription
 
 
 def generate_launch_description() -> LaunchDescription:
-    """One process per node; ends with the plant, or with the recorder if there is one."""
+    """One process per node; when one that is needed has ended, so do the others."""
     arguments = drive_arguments(
         reference=("sine:amplitude=5e-3,frequency=0.5", "reference SPEC, or setpoint"),
         duration=("0.0", "seconds to run; 0: until stopped"),
@@ -38,12 +37,8 @@ def generate_launch_description() -> LaunchDescription:
         name: drive_node(name, parameters, condition=conditions.get(name))
         for name, parameters in own.items()
     }
-    not_recording = PythonExpression(["'", LaunchConfiguration("out"), "' == ''"])
     ends = [
-        RegisterEventHandler(
-            OnProcessExit(target_action=nodes[name], on_exit=[EmitEvent(event=Shutdown())]),
-            condition=IfCondition(condition),
-        )
-        for name, condition in (("plant", not_recording), ("recorder", recording))
+        RegisterEventHandler(OnProcessExit(target_action=nodes[name], on_exit=ended(name)))
+        for name in ("plant", "controller", "reference", "recorder")
     ]
-    return LaunchDescription([*arguments, *ends, *nodes.values()])
+    return LaunchDescription([*arguments, *ends, OpaqueFunction(function=check), *nodes.values()])

@@ -9,9 +9,12 @@ from collections.abc import Iterator
 
 import pytest
 from diagnostic_msgs.msg import DiagnosticStatus
+from geometry_msgs.msg import Vector3Stamped
+from sensor_msgs.msg import JointState
 
 from ecyl_ros.drive.drive_file import load_drive
 from ecyl_ros.drive.warm_up import warm_up
+from ecyl_ros.nodes.wire import to_ns
 
 from .conftest import SINE, Listener, node
 
@@ -167,3 +170,41 @@ def test_without_plant_the_others_end(graph, listener) -> None:
         text, _ = graph.nodes[name].communicate(timeout=60)
         assert graph.nodes[name].returncode == 1, (name, text)
         assert "waiting for a plant" in text and "gave up waiting for a plant" in text
+
+
+def test_a_voltage_lost_again_and_again_ends_the_run(graph, listener) -> None:
+    """Three losses within ten seconds: the plant ends with the reason and exit code 1."""
+    lost = "windings shorted"
+    for count in range(1, 4):
+        graph.nodes["controller"].send_signal(signal.SIGSTOP)
+        wanted = "the run ends" if count == 3 else lost
+        assert _status(listener, "ecyl/plant partner", DiagnosticStatus.ERROR, wanted)
+        graph.nodes["controller"].send_signal(signal.SIGCONT)
+        if count < 3:
+            assert _status(listener, "ecyl/plant partner", DiagnosticStatus.OK, "is back")
+    text, _ = graph.nodes["plant"].communicate(timeout=20)
+    assert graph.nodes["plant"].returncode == 1
+    assert "overload: 3 times within 10 s no voltage for 0.1 s" in text
+    assert "expected a lower controller.rate than 1000 Hz" in text
+
+
+def test_telemetry_keeps_to_its_instants_whatever_is_late(graph, listener) -> None:
+    """While the controller stalls again and again, no stamp of the voltage is off the samples."""
+    stamps: dict[str, list[int]] = {"voltage": [], "joints": []}
+
+    def note(key: str):
+        return lambda message: stamps[key].append(to_ns(message.header.stamp))
+
+    listener.create_subscription(Vector3Stamped, "/ecyl/voltage", note("voltage"), 1000)
+    listener.create_subscription(JointState, "/ecyl/joint_states", note("joints"), 1000)
+    assert listener.until(lambda: len(stamps["voltage"]) > 50)
+    for _ in range(10):  # shorter than the watchdog's time
+        graph.nodes["controller"].send_signal(signal.SIGSTOP)
+        listener.until(lambda: False, 0.03)
+        graph.nodes["controller"].send_signal(signal.SIGCONT)
+        listener.until(lambda: False, 0.1)
+    graph.end("controller")
+    listener.until(lambda: False, 0.3)
+    found = [stamp for stamp in stamps["voltage"] if stamp >= stamps["joints"][0]]
+    assert len(found) > 200 and set(found) <= set(stamps["joints"])
+    assert found == sorted(set(found))

@@ -7,11 +7,12 @@ import zlib
 
 import pytest
 
-pytest.importorskip("cyclonedds")
-rclpy_cyclone = pytest.importorskip("rclpy_cyclone")
-rclpy_cyclone.install()
-if rclpy_cyclone.active() != "rclpy_cyclone":
-    pytest.skip("a genuine rclpy is in use", allow_module_level=True)
+try:
+    from rclpy_cyclone import install
+except ImportError:
+    pass  # genuine ROS 2 alone: what is said of rclpy here holds of it too
+else:
+    install()
 
 
 @pytest.fixture(autouse=True)

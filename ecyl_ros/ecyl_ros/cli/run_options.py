@@ -40,6 +40,9 @@ def add_run_arguments(parser: argparse.ArgumentParser) -> None:
         help="seconds to run; without it the length of a recording or motion, or until Ctrl-C",
     )
     parser.add_argument(
+        "--rate", type=float, metavar="HZ", help="control rate instead of the drive file's"
+    )
+    parser.add_argument(
         "--out",
         required=True,
         metavar="BAG",
@@ -75,7 +78,7 @@ class Run:
 
 def checked_run(options: argparse.Namespace) -> Run:
     """Check everything that can be checked before a node is started; raises InputError."""
-    from ..drive.drive_file import load_drive, resolve_drive
+    from ..drive.drive_file import drive_from_flat, drive_to_flat, load_drive, resolve_drive
     from ..drive.reference.planned import Planned
     from ..drive.reference.recorded import Recorded
     from ..drive.reference.spec import make_reference
@@ -92,6 +95,10 @@ def checked_run(options: argparse.Namespace) -> Run:
         raise InputError(f"--out {out}: exists; expected a new name, or --overwrite")
     path = resolve_drive(options.drive)
     drive = load_drive(path)
+    if options.rate is not None:
+        drive = drive_from_flat(
+            drive_to_flat(drive) | {"controller.rate": options.rate}, f"{path} with --rate"
+        )
     check_stability(drive, str(path))
     reference = make_reference(options.reference, drive, duration or 60.0)
     if duration is None and isinstance(reference, Recorded | Planned):

@@ -34,6 +34,7 @@ NODE_KEYS = (
     "realtime",
     "duration",
     "partner_timeout",
+    "processors",
     "recorder",
     "summary_file",
     "reference",

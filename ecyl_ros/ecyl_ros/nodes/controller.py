@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import deque
 
 import numpy as np
+from builtin_interfaces.msg import Time
 from geometry_msgs.msg import Vector3Stamped
 from rclpy.publisher import Publisher
 from sensor_msgs.msg import JointState
@@ -16,9 +17,12 @@ from ..drive.packed import pack
 from ..drive.parameters import DriveParameters
 from ..drive.plant import MEASURED
 from ..drive.stability import check_stability
+from ..drive.telemetry import tick_stamp_ns
 from ..errors import InputError
+from ..recording.cdr import CdrError
 from . import wire
 from .drive_node import DriveNode
+from .ready_bytes import Incoming, Outgoing
 from .realtime import run_as_others, run_first, watchdog_ns, with_transport_delay
 from .run_node import run_node
 
@@ -50,10 +54,12 @@ class Controller(DriveNode):
         self._references: deque[tuple[int, float, float]] = deque(maxlen=BUFFERED_REFERENCES)
         self._last_reference_ns = -1
         self._longest_ns = round(1.5 * wire.NANOSECONDS / self.drive.sample_rate)
-        self._measurements: deque[tuple[int, JointState]] = deque(maxlen=BUFFERED_TICKS)
+        self._measurements: deque[tuple[int, list[float]]] = deque(maxlen=BUFFERED_TICKS)
         self._answered_ns = -1
         self._watchdog_ns = watchdog_ns(self._rate)
+        self._epoch_ns: int | None = None  # real time: stamp of tick 0, once it is known
         self.unreferenced = 0  # real time: ticks for which no reference had come
+        self.skipped = 0  # real time: ticks that were over before they could be answered
         self._unreferenced_seen = 0
 
         scratch = initial_cascade_state(self._params)
@@ -63,8 +69,9 @@ class Controller(DriveNode):
             Vector3Stamped, wire.VOLTAGE, wire.telemetry(self.realtime)
         )
         self._commands: Publisher | None = None  # there when we are ready
-        # Written anew at every tick, for making messages costs as much as sending them.
-        self._message = Vector3Stamped(header=Header(frame_id=wire.DQ_FRAME))
+        self._voltage_bytes = Outgoing(
+            Vector3Stamped(header=Header(frame_id=wire.DQ_FRAME)), *wire.VECTOR_DQ
+        )
         self.when_recorded(wire.VOLTAGE, self._be_ready)
         self.create_subscription(
             JointState,
@@ -72,9 +79,16 @@ class Controller(DriveNode):
             self._on_reference,
             wire.latched(BUFFERED_REFERENCES),
         )
+        self._measurement = Incoming(JointState, *wire.MEASUREMENT_FIELDS)
         self.create_subscription(
-            JointState, wire.CONTROL_MEASUREMENT, self._on_measurement, wire.control()
+            JointState,
+            wire.CONTROL_MEASUREMENT,
+            self._on_measurement,
+            wire.control(self.realtime),
+            raw=True,
         )
+        if self.realtime:
+            self.create_subscription(Time, wire.EPOCH, self._on_epoch, wire.latched())
 
     def _be_ready(self) -> None:
         self._commands = self.create_publisher(Vector3Stamped, wire.CONTROL_VOLTAGE, wire.control())
@@ -108,13 +122,20 @@ class Controller(DriveNode):
 
     # --- measurement ---------------------------------------------------------------------------
 
-    def _on_measurement(self, message: JointState) -> None:
-        stamp_ns = wire.to_ns(message.header.stamp)
+    def _on_epoch(self, message: Time) -> None:
+        self._epoch_ns = wire.to_ns(message)
+
+    def _on_measurement(self, data: bytes) -> None:
+        try:
+            stamp_ns, numbers = self._measurement.unpack(data)
+        except CdrError as error:
+            self.refuse(wire.CONTROL_MEASUREMENT, error)
+            return
         if self._measurements and stamp_ns <= self._measurements[-1][0]:
             if stamp_ns == self._measurements[-1][0]:
                 return  # said again while it waits here
             self._measurements.clear()  # the plant began anew
-        self._measurements.append((stamp_ns, message))
+        self._measurements.append((stamp_ns, numbers))
         self._answer()
 
     def _answer(self) -> None:
@@ -122,10 +143,10 @@ class Controller(DriveNode):
         while self._measurements and self._answer_one(*self._measurements[0]):
             self._measurements.popleft()
 
-    def _answer_one(self, stamp_ns: int, joints: JointState) -> bool:
+    def _answer_one(self, stamp_ns: int, numbers: list[float]) -> bool:
         """Answer one measurement; False if it has to wait for its reference."""
         if stamp_ns == self._answered_ns:  # said again: the answer may have been lost
-            self._publish(joints.header)
+            self._publish(stamp_ns)
             return True
         if stamp_ns < self._answered_ns:
             self.get_logger().info("the plant began anew: integrals reset")
@@ -150,14 +171,15 @@ class Controller(DriveNode):
                 return True  # nothing to hold yet
             if stamp_ns - self._after_ns > self._watchdog_ns and self.resting is None:
                 self._halt()
-        measured = self._measured
-        measured[0], measured[2], _, _ = joints.position
-        measured[1], measured[3], _, _ = joints.velocity
-        _, _, measured[4], measured[5] = joints.effort
+        self._measured[: len(numbers)] = numbers
+        held = self._voltage.tolist()
         self._run_cascade(self._state, phase)
         first = self._answered_ns < 0
+        if self.realtime:
+            self._publish_in_time(stamp_ns, held)
+        else:
+            self._publish(stamp_ns, telemetry=phase == 0.0)
         self._answered_ns = stamp_ns
-        self._publish(joints.header, telemetry=phase == 0.0)
         if first:
             if self.realtime:
                 run_first()  # where the kernel refuses, the plant says so
@@ -186,10 +208,27 @@ class Controller(DriveNode):
             self._voltage,
         )
 
-    def _publish(self, header: Header, telemetry: bool = False) -> None:
-        message = self._message
-        message.header.stamp = header.stamp
-        message.vector.x, message.vector.y = self._voltage.tolist()
+    def _publish_in_time(self, stamp_ns: int, held: list[float]) -> None:
+        """Real time: the answer, and as telemetry what was held at samples left out since the last.
+
+        Samples further back than the watchdog's time are not made up for.
+        """
+        if self._epoch_ns is None:
+            self._publish(stamp_ns)  # a plant that has said no epoch: nothing to be in step with
+            return
+        tick = round((stamp_ns - self._epoch_ns) * self._rate / wire.NANOSECONDS)
+        first = tick
+        if 0 <= stamp_ns - self._answered_ns <= self._watchdog_ns:
+            answered = (self._answered_ns - self._epoch_ns) * self._rate / wire.NANOSECONDS
+            first = round(answered) + 1
+            self.skipped += tick - first
+        for sample in range(-(-first // self._every), -(-tick // self._every)):
+            instant_ns = tick_stamp_ns(sample * self._every, self._rate, self._epoch_ns)
+            self._telemetry.publish(self._voltage_bytes.pack(instant_ns, held))
+        self._publish(stamp_ns, telemetry=tick % self._every == 0)
+
+    def _publish(self, stamp_ns: int, telemetry: bool = False) -> None:
+        message = self._voltage_bytes.pack(stamp_ns, self._voltage.tolist())
         if self._commands is not None:
             self._commands.publish(message)
         if telemetry:
@@ -225,8 +264,10 @@ class Controller(DriveNode):
         if self.realtime:
             run_as_others()
         if self.unreferenced:
-            self.get_logger().warning(
-                f"{self.unreferenced} ticks without a reference: the last one was held"
+            self.last_words(f"{self.unreferenced} ticks without a reference: the last one was held")
+        if self.skipped:
+            self.last_words(
+                f"{self.skipped} ticks were over before they were answered: the voltage was held"
             )
 
 

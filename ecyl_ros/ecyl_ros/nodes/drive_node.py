@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import sys
 import time
 from collections.abc import Callable, Mapping
 from typing import Any
@@ -19,6 +20,7 @@ from ..drive.drive_file import drive_from_flat, drive_to_flat, key_meaning
 from ..drive.parameters import DriveParameters, leaf_fields
 from ..errors import InputError
 from . import wire
+from .realtime import run_on
 
 WATCH_PERIOD_S = 0.25
 LOOK_PERIOD_S = 0.05
@@ -29,6 +31,7 @@ REPORT_PERIOD_S = 1.0
 COMMON_PARAMETERS: dict[str, tuple[Any, str]] = {
     "realtime": (False, "pace by the wall clock; otherwise in lockstep with the controller"),
     "recorder": ("", "name of a recorder node that must be there before a run begins"),
+    "processors": ("", "numbers of those to run on, such as 1 or 0,2; empty: any"),
     "partner_timeout": (60.0, "s a node waits for a silent partner before it ends; 0: for ever"),
 }
 
@@ -47,6 +50,10 @@ class DriveNode(Node):
     # A node that need not answer at once takes its messages in batches this far apart, s: waking
     # up for each of some thousand messages a second costs more than handling them.
     batch_s: float = 0.0
+    # What `DirectExecutor` calls `on_due` for, s on the monotonic clock: rcl's timers run by
+    # another clock, which drifts against it. Such a node takes its messages then.
+    due_s: float = math.inf
+    takes_when_due: bool = False
 
     def __init__(self, name: str, own: dict[str, tuple[Any, str]], **options: Any) -> None:
         """own: this node's further parameters, name -> (default, meaning)."""
@@ -59,6 +66,7 @@ class DriveNode(Node):
         drives = {key: value for key, value in given.items() if key not in self._own}
         self.drive: DriveParameters = drive_from_flat(drives, f"node {name}")
         self._declare(given)
+        self._run_on(self.option("processors"))
         self._heard = time.monotonic()
         self.handled = 0  # messages from the partner so far
         self._said = 0.0
@@ -90,6 +98,17 @@ class DriveNode(Node):
     def _declare_one(self, key: str, value: Any, meaning: str) -> None:
         descriptor = ParameterDescriptor(description=meaning)
         self.declare_parameter(key, value, descriptor, ignore_override=True)
+
+    def _run_on(self, numbers: str) -> None:
+        if not numbers:
+            return
+        try:
+            run_on({int(number) for number in numbers.split(",")})
+        except (ValueError, OSError):
+            raise InputError(
+                f"node {self.get_name()}: processors = {numbers!r}, expected numbers of "
+                "processors of this machine, such as 1 or 0,2"
+            ) from None
 
     def option(self, key: str) -> Any:
         """Value of one of the node's own parameters."""
@@ -142,6 +161,9 @@ class DriveNode(Node):
                 begin()
 
         timer = self.create_timer(LOOK_PERIOD_S, look, clock=steady)
+
+    def on_due(self) -> None:
+        """Called when `due_s` has come; sets the next."""
 
     def heard_partner(self) -> None:
         """Note that the partner is alive."""
@@ -214,6 +236,20 @@ class DriveNode(Node):
         self.resting = None
         self.get_logger().warning(f"{why}, going on")
         self._report_partner(why)
+
+    def refuse(self, topic: str, error: Exception) -> None:
+        """Say that a message on `topic` was unusable, and why."""
+        self.get_logger().error(
+            f"a message on {self.resolve_topic_name(topic)} was left out: {error}",
+            throttle_duration_sec=1.0,
+        )
+
+    def last_words(self, text: str) -> None:
+        """Warn from within `close`; once a signal has shut the context down, on stderr alone."""
+        if self.context.ok():
+            self.get_logger().warning(text)
+        else:
+            print(f"[WARN] [{self.get_name()}]: {text}", file=sys.stderr)
 
     def finish(self, code: int, reason: str) -> None:
         """End the node: its main function returns `code` after logging `reason`."""

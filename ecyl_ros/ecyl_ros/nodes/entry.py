@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import signal
 import sys
 
 
@@ -12,6 +13,10 @@ def run(name: str, args: list[str] | None = None) -> int:
         return importlib.import_module(f"{__package__}.{name}").main(args)
     except KeyboardInterrupt:
         return 0
+    finally:
+        # All is done: what comes now, as the launcher ends the others, changes no exit code.
+        for number in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(number, signal.SIG_IGN)
 
 
 def plant() -> int:
@@ -42,6 +47,11 @@ def recorder() -> int:
 def gap_monitor() -> int:
     """`ros2 run ecyl_ros gap_monitor`."""
     return run("gap_monitor")
+
+
+def round_trip() -> int:
+    """`ros2 run ecyl_ros round_trip`: what rate this machine holds in real time."""
+    return run("round_trip")
 
 
 if __name__ == "__main__":

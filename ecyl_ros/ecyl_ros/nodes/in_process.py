@@ -7,11 +7,12 @@ from pathlib import Path
 from typing import Any
 
 import rclpy
-from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.executors import Executor, ExternalShutdownException
 from rclpy.parameter import Parameter
 
 from .analyser import Analyser
 from .controller import Controller
+from .direct_executor import make_executor
 from .drive_node import DriveNode
 from .launcher import GraphError
 from .plant import Plant
@@ -57,7 +58,7 @@ def _run(
     nodes: dict[str, DriveNode] = {}
     rclpy.init(args=["ecyl", "--ros-args", "--log-level", log_level])
     try:
-        executor = SingleThreadedExecutor()
+        executor = make_executor()
         for name in names:
             overrides = [
                 Parameter(key, value=value) for key, value in parameters.get(name, {}).items()
@@ -82,7 +83,7 @@ def _run(
         rclpy.try_shutdown()
 
 
-def _spin(executor: SingleThreadedExecutor, nodes: Mapping[str, DriveNode], name: str) -> None:
+def _spin(executor: Executor, nodes: Mapping[str, DriveNode], name: str) -> None:
     executor.spin_until_future_complete(nodes[name].done)
     for other, node in nodes.items():
         if node.done.done() and node.done.result()[0]:

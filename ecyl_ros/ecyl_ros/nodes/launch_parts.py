@@ -5,13 +5,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import subprocess
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+from .launcher import FIRST, processors
 
 if TYPE_CHECKING:
     from launch.actions import DeclareLaunchArgument
     from launch.conditions import IfCondition
+    from launch.events.process import ProcessExited
+    from launch.launch_context import LaunchContext
+    from launch.launch_description_entity import LaunchDescriptionEntity
     from launch_ros.actions import Node
     from launch_ros.parameter_descriptions import ParameterValue
 
@@ -50,17 +56,63 @@ def drive_node(
     remappings: Sequence[tuple[str, Any]] = (),
     condition: IfCondition | None = None,
 ) -> Node:
-    """The node `name` with the drive file's parameters and, over these, its own."""
+    """The node `name` with the drive file's parameters and, over these, its own.
+
+    It runs where `ecyl run` would have it.
+    """
     from launch.substitutions import LaunchConfiguration
     from launch_ros.actions import Node
+    from launch_ros.parameter_descriptions import ParameterValue
 
+    given = ",".join(map(str, sorted(processors(name in FIRST))))
+    placed = {"processors": ParameterValue(given, value_type=str)}
     return Node(
         package=PACKAGE,
         executable=name,
         name=name,
         namespace=LaunchConfiguration("namespace"),
-        parameters=[LaunchConfiguration("drive"), dict(parameters)],
+        parameters=[LaunchConfiguration("drive"), dict(parameters) | placed],
         remappings=list(remappings),
         condition=condition,
         output="screen",
     )
+
+
+def ended(name: str) -> Callable[[ProcessExited, LaunchContext], list[LaunchDescriptionEntity]]:
+    """What to do when the node `name` has ended: end all others, with the reason.
+
+    The plant that has run its time leaves the end to the recorder, if there is one.
+    """
+    from launch.actions import EmitEvent, LogInfo
+    from launch.events import Shutdown
+
+    def on_exit(event: ProcessExited, context: LaunchContext) -> list[LaunchDescriptionEntity]:
+        if context.is_shutdown:
+            return []
+        recording = context.launch_configurations.get("out", "") != ""
+        if name == "plant" and event.returncode == 0 and recording:
+            return []
+        how = "is through" if event.returncode == 0 else f"ended with {event.returncode}"
+        reason = f"the {name} node {how}: ending the graph"
+        return [LogInfo(msg=reason), EmitEvent(event=Shutdown(reason=reason))]
+
+    return on_exit
+
+
+def check(context: LaunchContext) -> list[LaunchDescriptionEntity]:
+    """In real time: say what round trip this machine holds, refuse a drive that asks for more.
+
+    What is refused ends the launch with that line.
+    """
+    from ament_index_python.packages import get_package_prefix
+    from launch.actions import LogInfo
+
+    given = context.launch_configurations
+    if given["realtime"].lower() not in ("true", "1", "yes", "on"):
+        return []
+    # By the nodes' own Python, which need not be the one that launches.
+    command = Path(get_package_prefix(PACKAGE), "lib", PACKAGE, "round_trip")
+    done = subprocess.run([command, given["drive"]], capture_output=True, text=True, check=False)
+    if done.returncode:
+        raise RuntimeError(done.stderr.strip())
+    return [LogInfo(msg=done.stdout.strip())]

@@ -7,7 +7,6 @@ the launcher: should it be killed, the kernel asks every child to end.
 from __future__ import annotations
 
 import ctypes
-import importlib.util
 import json
 import os
 import signal
@@ -19,8 +18,9 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-# Plant and controller come first; the others can wait a little when the machine is busy.
+# Plant and controller come first; who only listens can wait a little when the machine is busy.
 FIRST = ("plant", "controller")
+LISTENING = ("analyser", "recorder")
 BACKGROUND_NICE = 5
 NO_SPIN = {"RCLPY_CYCLONE_SPIN_US": "0"}  # heeded by rclpy_cyclone only
 NODES = ("recorder", "analyser", "reference", "controller", "plant")
@@ -40,13 +40,17 @@ def node_parameters(
     realtime: bool = False,
     overwrite: bool = False,
     recorder: bool = True,
+    rate: float | None = None,
 ) -> dict[str, dict[str, Any]]:
     """Each node's own parameters for one run of the whole graph.
 
     reference: SPEC. out: recording to write. summary: where the plant leaves its figures.
     duration_s: length of the run, None until stopped. recorder: whether there is one to wait for.
+    rate: control rate, Hz, instead of the drive file's.
     """
     common: dict[str, Any] = {"realtime": realtime}
+    if rate is not None:
+        common["controller.rate"] = float(rate)
     recorded = common | ({"recorder": "recorder"} if recorder else {})
     timed = {"duration": float(duration_s)} if duration_s else {}
     return {
@@ -62,16 +66,13 @@ class GraphError(Exception):
     """A node ended before its time; the message names it."""
 
 
-def _processors(first: bool) -> set[int]:
+def processors(first: bool) -> set[int]:
     """Where a node is to run: those of FIRST share a processor, the others have the rest.
 
     Plant and controller never work at the same time, they answer each other. On one processor
-    an answer costs a switch of tasks; on two, a processor has to be woken from its sleep. With
-    rclpy_cyclone only: over genuine rclpy the two need more than one processor at 1 kHz.
+    an answer costs a switch of tasks; on two, a processor has to be woken from its sleep.
     """
-    found = importlib.util.find_spec("rclpy")
-    light = found is not None and "rclpy_cyclone" in (found.origin or "")
-    if not light or not hasattr(os, "sched_setaffinity"):
+    if not hasattr(os, "sched_setaffinity"):
         return set()
     usable = sorted(os.sched_getaffinity(0))
     if len(usable) < 2:
@@ -79,7 +80,7 @@ def _processors(first: bool) -> set[int]:
     return set(usable[-1:] if first else usable[:-1])
 
 
-def _prepare_child(nice: int, processors: set[int]) -> None:
+def prepare_child(nice: int, processors: set[int]) -> None:
     """In the child: be sent SIGTERM when the parent dies (Linux; elsewhere nodes time out)."""
     os.nice(nice)
     if processors:
@@ -128,7 +129,7 @@ class NodeProcesses:
                 command,
                 start_new_session=True,
                 preexec_fn=partial(
-                    _prepare_child, 0 if first else BACKGROUND_NICE, _processors(first)
+                    prepare_child, BACKGROUND_NICE if name in LISTENING else 0, processors(first)
                 ),
                 env=environment,
             )

@@ -11,14 +11,16 @@ import json
 import math
 import os
 import time
+from collections import deque
 from pathlib import Path
 
 import numpy as np
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticStatus
-from geometry_msgs.msg import Vector3, Vector3Stamped
+from geometry_msgs.msg import Vector3Stamped
 from rclpy.clock import Clock, ClockType
 from rclpy.duration import Duration
+from rclpy.timer import Timer
 from rosgraph_msgs.msg import Clock as ClockMessage
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Header
@@ -36,12 +38,33 @@ from ..drive.plant import (
 )
 from ..drive.stability import check_stability
 from ..drive.telemetry import joint_values, tick_stamp_ns
+from ..recording.cdr import CdrError
+from ..recording.topics import JOINT_FIELDS
 from . import wire
+from .direct_executor import DirectExecutor
 from .drive_node import DriveNode
+from .ready_bytes import Incoming, Outgoing
 from .realtime import TickTiming, run_as_others, run_first, watchdog_ns, with_transport_delay
 from .run_node import run_node
 
 START_DELAY_S = 0.5  # real time: from announcing the epoch to the first tick
+# Real time: one loss of voltage may be a controller started anew, a second one the same mishap;
+# a third one soon after says that the machine does not hold the rate.
+LOSSES = 3
+LOSSES_S = 10.0
+AT_REST_S = 0.5  # shorted windings brake the motor for so long before the run is ended
+_TELEMETRY_FIELDS = [
+    f"{joint}.{field}" for field in JOINT_FIELDS for joint in wire.TELEMETRY_JOINTS
+]
+
+
+def _joints(names: tuple[str, ...]) -> JointState:
+    """A message of these joints in which nothing is measured."""
+    nothing = [math.nan] * len(names)
+    header = Header(frame_id=wire.BASE_FRAME)
+    return JointState(
+        header=header, name=list(names), position=nothing, velocity=nothing, effort=nothing
+    )
 
 
 class Plant(DriveNode):
@@ -81,6 +104,9 @@ class Plant(DriveNode):
         self._started = 0.0
         self._commanded_ns = 0  # real time: stamp of the newest command
         self._watchdog_ns = watchdog_ns(self._rate)
+        self._losses: deque[int] = deque(maxlen=LOSSES)  # ticks at which the voltage stayed away
+        self._given_up: int | None = None  # tick at which a run under overload ends
+        self.takes_when_due = self.realtime
         self.timing = TickTiming(self._rate)
 
         # Compile, or load from cache, before anybody waits for a tick.
@@ -92,21 +118,12 @@ class Plant(DriveNode):
             JointState, wire.CONTROL_MEASUREMENT, wire.control()
         )
         self._epoch = self.create_publisher(Time, wire.EPOCH, wire.latched())
-        # Written anew at every tick, for making messages costs as much as sending them.
-        unmeasured = [math.nan] * len(wire.MEASUREMENT_JOINTS)
-        self._measurement_message = JointState(
-            header=Header(frame_id=wire.BASE_FRAME),
-            name=list(wire.MEASUREMENT_JOINTS),
-            position=unmeasured,
-            velocity=unmeasured,
-            effort=unmeasured,
+        self._measurement_bytes = Outgoing(
+            _joints(wire.MEASUREMENT_JOINTS), *wire.MEASUREMENT_FIELDS
         )
-        message = self._measurement_message
-        self._measurement_fields = (
-            message.header.stamp,
-            message.position,
-            message.velocity,
-            message.effort,
+        self._joint_bytes = Outgoing(_joints(wire.TELEMETRY_JOINTS), *_TELEMETRY_FIELDS)
+        self._current_bytes = Outgoing(
+            Vector3Stamped(header=Header(frame_id=wire.DQ_FRAME)), *wire.VECTOR_DQ
         )
         self._waiting = self.create_publisher(Time, wire.WAITING, 10)
         telemetry = wire.telemetry(self.realtime)
@@ -115,11 +132,16 @@ class Plant(DriveNode):
         self._clock_publisher = None
         if not self.realtime:
             self._clock_publisher = self.create_publisher(ClockMessage, wire.CLOCK, 10)
+        self._voltage = Incoming(Vector3Stamped, *wire.VECTOR_DQ)
         self.create_subscription(
-            Vector3Stamped, wire.CONTROL_VOLTAGE, self._on_voltage, wire.control()
+            Vector3Stamped,
+            wire.CONTROL_VOLTAGE,
+            self._on_voltage,
+            wire.control(self.realtime),
+            raw=True,
         )
         steady = Clock(clock_type=ClockType.STEADY_TIME)
-        self._timer = None
+        self._timer: Timer | None = None
         self._steady = steady
         self._start_timer = self.create_timer(0.05, self._try_start, clock=steady)
         # Half a second apart: together they would take as long as a tick has at 1 kHz.
@@ -151,10 +173,8 @@ class Plant(DriveNode):
             return
         self._start_timer.cancel()
         if self.realtime:
-            # The timer first, and whole periods to tick 0: so the timer's instants are the ticks'.
-            self._timer = self.create_timer(1.0 / self._rate, self._on_timer, clock=self._steady)
-            delay = math.ceil(START_DELAY_S * self._rate) / self._rate
-            self._started = time.monotonic() + delay
+            self._started = self._pace()
+            delay = self._started - time.monotonic()
             self._epoch_ns = self.get_clock().now().nanoseconds + round(delay * 1e9)
             self._commanded_ns = self._epoch_ns
             self._epoch.publish(wire.to_time(self._epoch_ns))
@@ -170,6 +190,22 @@ class Plant(DriveNode):
             self._epoch.publish(wire.to_time(0))
             self._measure_and_publish()
         self.heard_partner()
+
+    def _pace(self) -> float:
+        """Have the ticks called from some time on; when tick 0 is, s on the monotonic clock."""
+        if isinstance(self.executor, DirectExecutor):
+            self.due_s = time.monotonic() + START_DELAY_S
+            return self.due_s
+        # Whole periods from the timer's first call to tick 0: so its instants are the ticks'.
+        timer = self.create_timer(1.0 / self._rate, self._on_timer, clock=self._steady)
+        self._timer = timer
+        first = time.monotonic() + 1e-9 * (timer.time_until_next_call() or 0)
+        return first + math.ceil(START_DELAY_S * self._rate) / self._rate
+
+    def on_due(self) -> None:
+        """Real time: a tick is due."""
+        self._on_timer()
+        self.due_s = self._started + self._tick / self._rate
 
     def waiting_for(self) -> str | None:
         """The controller or reference until they are there, then the command.
@@ -191,16 +227,19 @@ class Plant(DriveNode):
 
     # --- ticks ---------------------------------------------------------------------------------
 
-    def _on_voltage(self, message: Vector3Stamped) -> None:
-        stamp_ns = wire.to_ns(message.header.stamp)
+    def _on_voltage(self, data: bytes) -> None:
+        try:
+            stamp_ns, voltage = self._voltage.unpack(data)
+        except CdrError as error:
+            self.refuse(wire.CONTROL_VOLTAGE, error)
+            return
         if self.realtime:
-            self._take_command(stamp_ns, message.vector)
+            self._take_command(stamp_ns, voltage)
             return
         if stamp_ns != self._stamp_ns or self._finished():
             return  # an answer to a tick that was said twice
         self.heard_partner()
-        self._pending[-1, 0] = message.vector.x
-        self._pending[-1, 1] = message.vector.y
+        self._pending[-1] = voltage
         self._tick += 1
         apply_and_measure(self._state, self._pending, self._tick, self._params, self._measured)
         if self._finished():
@@ -208,12 +247,14 @@ class Plant(DriveNode):
         else:
             self._publish_tick()
 
-    def _take_command(self, stamp_ns: int, voltage: Vector3) -> None:
+    def _take_command(self, stamp_ns: int, voltage: list[float]) -> None:
         """Real time: the newest command holds, unless it answers what is long past."""
-        if self._stamp_ns - stamp_ns > self._watchdog_ns:
-            return  # from a controller that stood still
+        # At rest only what is clearly in time ends the rest: the next loss would follow at once.
+        oldest_ns = self._watchdog_ns if self.resting is None else self._watchdog_ns // 2
+        if self._stamp_ns - stamp_ns > oldest_ns or self._given_up is not None:
+            return  # from a controller that stood still, or for a drive that is to stay at rest
         self.heard_partner()
-        self._command[:] = voltage.x, voltage.y
+        self._command[:] = voltage
         self._commanded_ns = stamp_ns
         self.timing.command(stamp_ns)
         if self.resting is not None:
@@ -226,25 +267,43 @@ class Plant(DriveNode):
         """
         self._command[:] = 0.0
         self.timing.shorted += 1
+        self._losses.append(self._tick)
+        if len(self._losses) == LOSSES and self._tick - self._losses[0] < LOSSES_S * self._rate:
+            self._given_up = self._tick + math.ceil(AT_REST_S * self._rate)
+            self.rest(f"{self._overload()}: windings shorted, the run ends")
+            return
         self.rest(
             f"no voltage on {self.resolve_topic_name(wire.CONTROL_VOLTAGE)} "
             f"for {self._watchdog_ns / wire.NANOSECONDS:g} s: windings shorted until it is back"
+        )
+
+    def _overload(self) -> str:
+        return (
+            f"overload: {LOSSES} times within {LOSSES_S:g} s no voltage for "
+            f"{self._watchdog_ns / wire.NANOSECONDS:g} s; expected a lower controller.rate than "
+            f"{self._rate:g} Hz, or a machine with less other work"
         )
 
     def _finished(self) -> bool:
         return self._last_tick is not None and self._tick >= self._last_tick
 
     def _on_timer(self) -> None:
-        """Real time: advance to the present, tick by tick, and say each tick once."""
-        now = time.monotonic()
-        due = self.timing.wake(now, self._tick)
-        for _ in range(due):
+        """Real time: advance to the present, tick by tick, and ask for the last tick's voltage.
+
+        What the ticks before it would be answered with came too late for them.
+        """
+        due = self.timing.wake(time.monotonic(), self._tick)
+        for left in range(due, 0, -1):
             if self._finished():
                 self._end_run()
                 return
+            if self._given_up is not None and self._tick >= self._given_up:
+                self.finish(1, self._overload())
+                return
             if self._tick:
                 apply_voltage(self._state, self._pending, self._params)
-            self._measure_and_publish()
+            measure(self._state, self._tick, self._params, self._measured)
+            self._publish_tick(ask=left == 1)
             # The command of the tick before is due now; one that comes later acts a tick later.
             self.timing.latch(self._previous_ns)
             self._previous_ns = self._stamp_ns
@@ -257,49 +316,28 @@ class Plant(DriveNode):
         measure(self._state, self._tick, self._params, self._measured)
         self._publish_tick()
 
-    def _publish_tick(self) -> None:
+    def _publish_tick(self, ask: bool = True) -> None:
+        """ask: whether a voltage is wanted for this tick."""
         self._stamp_ns = tick_stamp_ns(self._tick, self._rate, self._epoch_ns or 0)
-        self._publish_control()
+        if ask:
+            self._publish_control()
         if self._tick % self._every == 0:
             self._publish_telemetry()
 
     def _publish_control(self) -> None:
-        stamp, position, velocity, effort = self._measurement_fields
-        stamp.sec, stamp.nanosec = divmod(self._stamp_ns, wire.NANOSECONDS)
-        (
-            position[0],
-            velocity[0],
-            position[1],
-            velocity[1],
-            effort[2],
-            effort[3],
-            _,
-        ) = self._measured.tolist()
-        self._measurement.publish(self._measurement_message)
+        *numbers, _ = self._measured.tolist()
+        self._measurement.publish(self._measurement_bytes.pack(self._stamp_ns, numbers))
 
     def _publish_telemetry(self) -> None:
         values = self._measured.tolist()
-        stamp = wire.to_time(self._stamp_ns)
         position, velocity, effort = joint_values(
             values, float(self._state[2]), float(self._state[3]), self.drive
         )
-        self._telemetry.publish(
-            JointState(
-                header=Header(stamp=stamp, frame_id=wire.BASE_FRAME),
-                name=[wire.ROTOR, wire.ROD, wire.LOAD],
-                position=position,
-                velocity=velocity,
-                effort=effort,
-            )
-        )
-        self._telemetry_current.publish(
-            Vector3Stamped(
-                header=Header(stamp=stamp, frame_id=wire.DQ_FRAME),
-                vector=Vector3(x=values[4], y=values[5], z=0.0),
-            )
-        )
+        joints = self._joint_bytes.pack(self._stamp_ns, [*position, *velocity, *effort])
+        self._telemetry.publish(joints)
+        self._telemetry_current.publish(self._current_bytes.pack(self._stamp_ns, values[4:6]))
         if self._clock_publisher is not None:
-            self._clock_publisher.publish(ClockMessage(clock=stamp))
+            self._clock_publisher.publish(ClockMessage(clock=wire.to_time(self._stamp_ns)))
 
     # --- end and figures -----------------------------------------------------------------------
 
@@ -309,6 +347,7 @@ class Plant(DriveNode):
         self._params = pack(drive)
 
     def _end_run(self) -> None:
+        self.due_s = math.inf
         if self._timer is not None:
             self._timer.cancel()
         for publisher in (self._measurement, self._telemetry, self._telemetry_current):

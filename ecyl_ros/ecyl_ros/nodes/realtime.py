@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import array
+import contextlib
 import dataclasses
 import os
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -42,6 +44,18 @@ def run_first() -> bool:
     return _schedule("SCHED_FIFO", _PRIORITY)
 
 
+def run_on(processors: set[int]) -> None:
+    """Have this process's threads run on these processors alone, where the system can.
+
+    Raises OSError or ValueError where there are no such processors.
+    """
+    if not hasattr(os, "sched_setaffinity"):
+        return
+    for task in Path("/proc/self/task").iterdir():
+        with contextlib.suppress(ProcessLookupError):  # a thread that has just ended
+            os.sched_setaffinity(int(task.name), processors)
+
+
 def run_as_others() -> None:
     """Undo `run_first`."""
     _schedule("SCHED_OTHER", 0)
@@ -61,14 +75,18 @@ def _schedule(policy: str, priority: int) -> bool:
     return True
 
 
-def with_transport_delay(drive: DriveParameters, logger) -> DriveParameters:
-    """The drive with at least the one tick of delay that a command on a topic has."""
+def with_transport_delay(drive: DriveParameters, logger: Any = None) -> DriveParameters:
+    """The drive with at least the one tick of delay that a command on a topic has.
+
+    logger: of a node, which says so where the drive file has none.
+    """
     if drive.controller.delay_ticks >= 1:
         return drive
-    logger.warning(
-        "controller.delay_ticks = 0: in real time a command acts one tick after its measurement; "
-        "running with 1"
-    )
+    if logger is not None:
+        logger.warning(
+            "controller.delay_ticks = 0: in real time a command acts one tick after its "
+            "measurement; running with 1"
+        )
     return dataclasses.replace(
         drive, controller=dataclasses.replace(drive.controller, delay_ticks=1)
     )

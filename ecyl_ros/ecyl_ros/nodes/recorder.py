@@ -101,7 +101,7 @@ class Recorder(DriveNode):
         self._writer.finish()
         odd = self._sequencer
         if odd.incomplete or odd.late or odd.duplicates:
-            self.get_logger().warning(
+            self.last_words(
                 f"{self._writer.path}: {odd.incomplete} samples lack a topic, {odd.late} messages "
                 f"came late, {odd.duplicates} came twice"
             )

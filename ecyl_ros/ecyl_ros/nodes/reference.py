@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
+from typing import Any
 
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticStatus
@@ -23,10 +24,12 @@ from ..drive.telemetry import NANOSECONDS, tick_stamp_ns
 from ..errors import InputError
 from . import wire
 from .drive_node import DriveNode
+from .ready_bytes import Outgoing
 from .run_node import run_node
 
-# A live setpoint acts this many samples after it came; a generated motion can be further ahead.
-SETPOINT_LOOKAHEAD = 3
+# Samples ahead of the plant. What a live setpoint changes is said anew from the next sample on, so
+# that it acts at once; this many samples bridge a moment in which the machine is busy.
+SETPOINT_LOOKAHEAD = 16
 GENERATED_LOOKAHEAD = 128
 CHECKED_S = 60.0  # how much of an endless reference is checked against stroke and speed
 
@@ -64,17 +67,35 @@ class ReferenceGenerator(DriveNode):
         self._plant_sample = 0
         self._rod_position = 0.0
 
-        self._ahead: deque[JointState] = deque()  # said to the controller, not yet as telemetry
+        self.skipped = 0  # real time: samples over before they could be said
+        # Said to the controller, not yet as telemetry: index, stamp, message, and where a follower
+        # stood then.
+        self._ahead: deque[tuple[int, int, bytes, Any]] = deque()
+        self._before: Any = None  # where the follower stood at the last sample said as telemetry
+        self._bytes = Outgoing(
+            JointState(
+                header=Header(frame_id=wire.ROD_FRAME),
+                name=[wire.ROD],
+                position=[0.0],
+                velocity=[0.0],
+            ),
+            "rod.position",
+            "rod.velocity",
+        )
+        self._realtime: bool = self.option("realtime")
 
         self._telemetry = self.create_publisher(
-            JointState, wire.REFERENCE, wire.telemetry(self.option("realtime"))
+            JointState, wire.REFERENCE, wire.telemetry(self._realtime)
         )
         self._publisher: Publisher | None = None  # there when we are ready
         self.when_recorded(wire.REFERENCE, self._be_ready)
         self.create_subscription(Time, wire.EPOCH, self._on_epoch, wire.latched())
         self.create_subscription(Time, wire.WAITING, self._on_waiting, 10)
         self.create_subscription(
-            JointState, wire.JOINT_STATES, self._on_joint_states, wire.lossless()
+            JointState,
+            wire.JOINT_STATES,
+            self._on_joint_states,
+            wire.plant_time(self._realtime),
         )
         if self._follower:
             self.create_subscription(Float64, wire.SETPOINT, self._on_setpoint, 64)
@@ -101,6 +122,7 @@ class ReferenceGenerator(DriveNode):
         self._epoch_ns = wire.to_ns(message)
         self._next = self._plant_sample = 0
         self._ahead.clear()
+        self._before = None
         self._publish_ahead()
 
     def _on_joint_states(self, message: JointState) -> None:
@@ -124,8 +146,10 @@ class ReferenceGenerator(DriveNode):
         self._plant_sample = sample
         if self._next < sample:  # joined a run that has gone on without us
             self.get_logger().info(f"joining the run at sample {sample}")
+            self.skipped += sample - self._next
             self._next = sample
             self._ahead.clear()
+            self._before = None
             if isinstance(self._reference, SetpointFollower):
                 self._reference = SetpointFollower(
                     self.drive.limits, 1.0 / self.drive.sample_rate, self._rod_position
@@ -139,24 +163,46 @@ class ReferenceGenerator(DriveNode):
         while self._next <= self._plant_sample + self._lookahead:
             position, velocity = self._reference.sample(self._next / self.drive.sample_rate)
             stamp_ns = tick_stamp_ns(self._next * self._every, self._rate, self._epoch_ns)
-            message = JointState(
-                header=Header(stamp=wire.to_time(stamp_ns), frame_id=wire.ROD_FRAME),
-                name=[wire.ROD],
-                position=[position],
-                velocity=[velocity],
-            )
+            message = self._bytes.pack(stamp_ns, (position, velocity))
             self._publisher.publish(message)
-            self._ahead.append(message)
+            state = self._reference.state if self._follower else None
+            self._ahead.append((self._next, stamp_ns, message, state))
             self._next += 1
 
     def _publish_telemetry(self, stamp_ns: int) -> None:
         """Say the samples whose time has come."""
-        while self._ahead and wire.to_ns(self._ahead[0].header.stamp) <= stamp_ns:
-            self._telemetry.publish(self._ahead.popleft())
+        while self._ahead and self._ahead[0][1] <= stamp_ns:
+            _, _, message, self._before = self._ahead.popleft()
+            self._telemetry.publish(message)
+
+    def _sample_now(self) -> int:
+        """The newest sample whose time has come, as far as this node can know."""
+        if not self._realtime or self._epoch_ns is None:
+            return self._plant_sample
+        elapsed_s = (self.get_clock().now().nanoseconds - self._epoch_ns) / NANOSECONDS
+        return max(self._plant_sample, math.floor(elapsed_s * self.drive.sample_rate))
+
+    def _say_anew(self, now: int) -> None:
+        """Take back what was said of the samples after `now`, and say it for the new setpoint."""
+        state = self._before
+        kept = [entry for entry in self._ahead if entry[0] <= now]
+        if len(kept) == len(self._ahead):
+            return  # nothing said of what is to come
+        if kept:
+            state = kept[-1][3]
+        if state is None:
+            return  # not a sample has been: what was said begins with the rod at rest
+        self._next = self._ahead[len(kept)][0]
+        self._ahead = deque(kept)
+        self._reference.go_back(state)
+        self._publish_ahead()
 
     def _on_setpoint(self, message: Float64) -> None:
-        reason = self._reference.offer(message.data, self._next / self.drive.sample_rate)
-        if reason is not None:
+        now = self._sample_now()
+        reason = self._reference.offer(message.data, now / self.drive.sample_rate)
+        if reason is None:
+            self._say_anew(now)
+        else:
             self._last_reason = reason
             self.get_logger().warning(
                 f"refused ({self._reference.refused} so far): {reason}", throttle_duration_sec=1.0
@@ -177,6 +223,11 @@ class ReferenceGenerator(DriveNode):
     def waiting_for(self) -> str | None:
         """The plant, always: it sets the time."""
         return "a plant on " + self.resolve_topic_name(wire.JOINT_STATES)
+
+    def close(self) -> None:
+        """Say what a real-time run was short of."""
+        if self._realtime and self.skipped:
+            self.last_words(f"{self.skipped} samples were over before they could be said")
 
     def on_drive_changed(self, drive: DriveParameters) -> None:
         """Changed limits hold for setpoints from now on."""

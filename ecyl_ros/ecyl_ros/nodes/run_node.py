@@ -7,9 +7,10 @@ import time
 from collections.abc import Callable, Sequence
 
 import rclpy
-from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.executors import Executor, ExternalShutdownException
 
 from ..errors import InputError
+from .direct_executor import DirectExecutor, make_executor
 from .drive_node import DriveNode
 from .quiet_signals import quiet_signals
 
@@ -29,9 +30,9 @@ def _run(make: Callable[[], DriveNode], args: Sequence[str] | None) -> int:
     rclpy.init(args=args)
     try:
         node = make()
-        executor = SingleThreadedExecutor()
+        executor = make_executor()
         executor.add_node(node)
-        if node.batch_s:
+        if node.batch_s and not isinstance(executor, DirectExecutor):
             _spin_in_batches(executor, node)
         else:
             executor.spin_until_future_complete(node.done)
@@ -54,7 +55,7 @@ def _run(make: Callable[[], DriveNode], args: Sequence[str] | None) -> int:
     return 0
 
 
-def _spin_in_batches(executor: SingleThreadedExecutor, node: DriveNode) -> None:
+def _spin_in_batches(executor: Executor, node: DriveNode) -> None:
     """Handle all that has come, sleep, and so on: one wake-up for many messages.
 
     Only two calls in a row without a message mean that none is there: where rclpy waits with no

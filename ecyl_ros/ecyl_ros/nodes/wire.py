@@ -40,6 +40,17 @@ DIAGNOSTICS = "/diagnostics"
 
 ROTOR, ROD, LOAD = "rotor", "rod", "load"
 MEASUREMENT_JOINTS = (ROTOR, ROD, "d", "q")
+# The numbers of a measurement in the order of `plant.MEASURED`, as paths (see `TopicSpec`).
+MEASUREMENT_FIELDS = (
+    "rotor.position",
+    "rotor.velocity",
+    "rod.position",
+    "rod.velocity",
+    "d.effort",
+    "q.effort",
+)
+VECTOR_DQ = ("vector.x", "vector.y")
+TELEMETRY_JOINTS = (ROTOR, ROD, LOAD)
 BASE_FRAME, ROD_FRAME, DQ_FRAME = "base", "rod", "dq0"
 
 NANOSECONDS = 1_000_000_000
@@ -69,9 +80,18 @@ def telemetry(realtime: bool) -> QoSProfile:
     return QoSProfile(depth=1000) if realtime else lossless()
 
 
-def control() -> QoSProfile:
-    """Reliable with a short queue: plant and controller answer each other tick by tick."""
-    return QoSProfile(depth=16, reliability=ReliabilityPolicy.RELIABLE)
+def control(realtime: bool = False) -> QoSProfile:
+    """Reliable with a short queue: plant and controller answer each other tick by tick.
+
+    In real time only the newest message counts: who was kept waiting goes on from there.
+    """
+    depth = 1 if realtime else 16
+    return QoSProfile(depth=depth, reliability=ReliabilityPolicy.RELIABLE)
+
+
+def plant_time(realtime: bool) -> QoSProfile:
+    """Of a subscription to telemetry that tells the plant's time; the newest in real time."""
+    return control(realtime=True) if realtime else lossless()
 
 
 def to_time(stamp_ns: int) -> Time:

@@ -27,7 +27,6 @@ class SetpointFollower:
         self._input.current_position = self._input.target_position = [start_m]
         self.change_limits(limits)
         self._last_time_s = 0.0
-        self._time_s = 0.0
 
     def change_limits(self, limits: LimitParameters) -> None:
         """Follow within other limits from the next sample on."""
@@ -35,6 +34,17 @@ class SetpointFollower:
         self._input.max_velocity = [limits.speed]
         self._input.max_acceleration = [limits.acceleration]
         self._input.max_jerk = [limits.jerk]
+
+    @property
+    def state(self) -> tuple[float, float, float]:
+        """Position m, velocity m/s and acceleration m/s^2 at the last sample."""
+        now = self._input
+        return now.current_position[0], now.current_velocity[0], now.current_acceleration[0]
+
+    def go_back(self, state: tuple[float, float, float]) -> None:
+        """Go on from an earlier sample's state, as if those after it had not been asked for."""
+        for name, value in zip(("position", "velocity", "acceleration"), state, strict=True):
+            setattr(self._input, f"current_{name}", [value])
 
     def offer(self, position_m: float, time_s: float) -> str | None:
         """Take a setpoint that arrived at `time_s`; returns why it is refused, or None.

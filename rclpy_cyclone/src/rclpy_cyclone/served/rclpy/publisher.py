@@ -68,6 +68,9 @@ class Publisher(Ready):
         :raises TypeError: if it is something else.
         :raises InvalidHandle: if the publisher was destroyed.
         """
+        if msg.__class__ is bytes:
+            self._publish_raw(msg)
+            return
         if msg.__class__ is not self.msg_type and not isinstance(msg, self.msg_type):
             self._publish_raw(msg)
             return
@@ -100,10 +103,14 @@ class Publisher(Ready):
     def _publish_raw(self, data: Any) -> None:
         if not isinstance(data, bytes):
             raise TypeError(f"Expected {self.msg_type}, got {type(data)}")
-        self._alive()
-        now = time.time_ns()
+        if self._destroyed or self._participant.closed:
+            self._alive()
         for sub in self._local:
-            sub._put((data, now, now))
+            if sub._info:
+                now = time.time_ns()
+                sub._put((data, now, now))
+            else:
+                sub._put(data)
         if self._history is not None:
             self._history.append(data)
         if self._always or self._heard():

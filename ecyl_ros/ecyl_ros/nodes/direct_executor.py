@@ -1,0 +1,196 @@
+"""An executor for genuine rclpy that takes messages from their subscriptions itself.
+
+rclpy's own executors gather every entity of every node before each callback, make a wait set of
+them and wrap the callback in a task: that costs more than the message's whole way. Here messages
+are taken straight from the subscriptions, timers are called when they are due, and the wait set of
+the subscriptions is made once. Services, clients and events go through rclpy's executor, which is
+asked only when one of them has something, or now and then.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from math import inf
+from typing import Any
+
+import rclpy
+from rclpy.executors import Executor, SingleThreadedExecutor
+from rclpy.task import Future
+
+AT_ONCE = 256  # messages of one subscription, before the others have their turn
+LOOK_S = 0.02  # how often timers and services are looked at, at least
+EVENTS_S = 5.0  # how often quality-of-service events are, which nobody waits for
+EVENTS_BEFORE_S = 1.0  # the same until the first message has come: they tell why none does
+
+
+def make_executor() -> Executor:
+    """The quickest executor there is: rclpy_cyclone's own takes messages directly already."""
+    if "rclpy_cyclone" in (rclpy.__file__ or ""):
+        return SingleThreadedExecutor()
+    return DirectExecutor()
+
+
+class _Inbox:
+    """One subscription: `serve` hands over the messages that have come."""
+
+    def __init__(self, subscription: Any) -> None:
+        self.handle = subscription.handle
+        self._take = subscription.handle.take_message
+        self._type, self._raw = subscription.msg_type, subscription.raw
+        self._subscription = subscription
+
+    def serve(self) -> bool:
+        """Whether there was a message."""
+        for count in range(AT_ONCE):
+            taken = self._take(self._type, self._raw)
+            if taken is None:
+                return count > 0
+            self._subscription.callback(taken[0])
+        return True
+
+
+class DirectExecutor(SingleThreadedExecutor):
+    """Spins nodes whose subscriptions have callbacks that take the message alone.
+
+    A node with an attribute `batch_s` above 0 gets its messages so far apart, s; one with
+    `takes_when_due` before its `on_due` is called, at `due_s` on the monotonic clock. For all
+    others messages are waited for.
+    """
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._count = -1  # subscriptions known
+        self._waited: list[_Inbox] = []
+        self._batched: list[_Inbox] = []
+        self._paced: list[Any] = []
+        self._batch_s = LOOK_S
+        self._wait_set: Any = None
+        self._next_rest = self._next_events = 0.0
+        self._heard = False
+
+    def can_execute(self, entity: Any) -> bool:
+        """Whether rclpy's part is to run the entity: not what is taken here."""
+        return not self._taken_here(entity) and super().can_execute(entity)
+
+    @staticmethod
+    def _taken_here(entity: Any) -> bool:
+        return hasattr(entity, "msg_type") or hasattr(entity, "timer_period_ns")
+
+    def spin(self) -> None:
+        """Run callbacks until the context is shut down."""
+        self.spin_until_future_complete(Future())
+
+    def spin_until_future_complete(self, future: Future, timeout_sec: float | None = None) -> None:
+        """Run callbacks until the future is done, the context is shut down, or time is over."""
+        now = time.monotonic()
+        end = now + timeout_sec if timeout_sec is not None and timeout_sec >= 0.0 else inf
+        next_batch = next_look = now
+        ok, done = self.context.ok, future.done
+        while ok() and not done():
+            served = False
+            for inbox in self._waited:
+                served |= inbox.serve()
+            now = time.monotonic()
+            due = min([node.due_s for node in self._paced], default=inf)
+            if now >= min(due, next_batch, next_look):
+                for inbox in self._batched:
+                    served |= inbox.serve()
+                next_batch = now + self._batch_s
+            if now >= due:
+                for node in self._paced:
+                    if now >= node.due_s:
+                        node.on_due()
+            if now >= next_look:
+                next_look = min(self._look(now), now + LOOK_S)
+            self._heard |= served
+            if now >= end:
+                return
+            if not served:
+                due = min([node.due_s for node in self._paced], default=inf)
+                self._sleep(min(next_look, next_batch, due, end) - time.monotonic())
+
+    def _sleep(self, seconds: float) -> None:
+        """Until a message that is waited for has come, at most so long."""
+        if seconds <= 0.0:
+            return
+        if not self._waited:
+            time.sleep(seconds)
+            return
+        self._wait_set.clear_entities()
+        for inbox in self._waited:
+            self._wait_set.add_subscription(inbox.handle)
+        self._wait_set.wait(int(seconds * 1e9))
+
+    def _look(self, now: float) -> float:
+        """Call timers that are due and serve the rest; when the next timer is due, s."""
+        nodes = self.get_nodes()
+        nearest_ns = LOOK_S * 1e9
+        for timer in [timer for node in nodes for timer in node.timers]:
+            if timer.is_ready():
+                with timer.handle:
+                    _call(timer.handle)
+                timer.callback()
+            if not timer.is_canceled():
+                nearest_ns = min(nearest_ns, timer.time_until_next_call())
+        if now >= self._next_rest:
+            self._next_rest = now + LOOK_S
+            self._look_at_rest(nodes, now)
+        return time.monotonic() + max(0.0, nearest_ns * 1e-9)
+
+    def _look_at_rest(self, nodes: list[Any], now: float) -> None:
+        """New subscriptions, services, clients and, now and then, events."""
+        if sum(1 for node in nodes for _ in node.subscriptions) != self._count:
+            self._gather(nodes)
+        if self._something_else(nodes):
+            self.spin_once(timeout_sec=0.0)
+        elif now >= self._next_events:
+            self._next_events = now + (EVENTS_S if self._heard else EVENTS_BEFORE_S)
+            self.spin_once(timeout_sec=0.0)
+
+    def _gather(self, nodes: list[Any]) -> None:
+        """Sort the subscriptions there are now, and make the wait set of those waited for."""
+        self._waited, self._batched = [], []
+        self._paced = [node for node in nodes if getattr(node, "takes_when_due", False)]
+        batches = [LOOK_S]
+        self._count = 0
+        for node in nodes:
+            batch_s = getattr(node, "batch_s", 0.0)
+            later = batch_s > 0.0 or getattr(node, "takes_when_due", False)
+            if batch_s > 0.0:
+                batches.append(batch_s)
+            for subscription in node.subscriptions:
+                self._count += 1
+                (self._batched if later else self._waited).append(_Inbox(subscription))
+        self._batch_s = min(batches)
+        self._wait_set = _wait_set(self.context, subscriptions=len(self._waited))
+
+    def _something_else(self, nodes: list[Any]) -> bool:
+        """Whether a service has a request or a client its response."""
+        services = [service for node in nodes for service in node.services]
+        clients = [client for node in nodes for client in node.clients]
+        if not services and not clients:
+            return False
+        found = _wait_set(self.context, clients=len(clients), services=len(services))
+        found.clear_entities()
+        for service in services:
+            found.add_service(service.handle)
+        for client in clients:
+            found.add_client(client.handle)
+        found.wait(0)
+        return bool(found.get_ready_entities("service") or found.get_ready_entities("client"))
+
+
+def _call(handle: Any) -> None:
+    """Tell rcl that a timer has been called, whichever way this rclpy has."""
+    call: Callable[[], Any] = getattr(handle, "call_timer_with_info", None) or handle.call_timer
+    call()
+
+
+def _wait_set(context: Any, subscriptions: int = 0, clients: int = 0, services: int = 0) -> Any:
+    from rclpy.impl.implementation_singleton import rclpy_implementation
+
+    none = 0
+    return rclpy_implementation.WaitSet(
+        subscriptions, none, none, clients, services, none, context.handle
+    )
