@@ -319,8 +319,9 @@ class Balance:
         """How far coefficients may be off by what no model explains, float64[k]."""
         columns, weights = self.columns(solution.terms)[rows], solution.weights[rows]
         inverse = self._inverse(solution, columns, weights)
+        told = inverse @ ((columns * weights[:, None]).T @ columns) @ inverse
         size = _ALIGNED * UNMODELLED * float(np.std(self.effort[rows]))
-        made: FloatArray = size * np.sqrt(np.maximum(np.diag(inverse), 0.0) * weights.sum())
+        made: FloatArray = size * np.sqrt(np.maximum(np.diag(told), 0.0) * weights.sum())
         return made
 
     def intervals(self, solution: Solution, rows: BoolArray) -> dict[str, list[Interval]]:
