@@ -31,7 +31,7 @@ def repeated_rows(
 ) -> NDArray[np.bool_]:
     """bool[n], True where a logger repeats a row; of signals float64[n] by name.
 
-    held: signals that may hold a value and leap (commands).
+    held: signals that may hold a value and leap (commands), and hence are no evidence.
     """
     size = next(iter(signals.values())).size if signals else 0
     names = [name for name, values in signals.items() if _changes(values)]
@@ -57,14 +57,14 @@ def repeated_rows(
     for begin, end in runs:
         found[begin:end] = True
     # What stands still says nothing of how its neighbours move.
-    live = [(values, np.where(found, np.nan, values)) for values in changing]
-    placed = [
-        pair
-        for name, pair in zip(names, live, strict=True)
-        if words(name) & PLACED and name not in held
-    ]
+    live = {
+        name: (values, np.where(found, np.nan, values))
+        for name, values in zip(names, changing, strict=True)
+        if name not in held
+    }
+    placed = [pair for name, pair in live.items() if words(name) & PLACED]
     for begin, end in runs:
-        evident = any(_noise_rests(*pair, begin, end) for pair in live)
+        evident = any(_noise_rests(*pair, begin, end) for pair in live.values())
         if not evident and not any(_leaps(*pair, begin, end) for pair in placed):
             found[begin:end] = False
     return found

@@ -1,4 +1,4 @@
-"""`motion.yaml`: a planned motion, rest-to-rest moves of which each has limits of its own.
+"""`motion.yaml`: a planned motion, rest-to-rest moves of which each has limits of its own::
 
     motion:
       schema: ecyl.motion/1

@@ -33,7 +33,7 @@ class Unnamed:
     """A kind of cause.
 
     Attributes:
-        name: begins with x_law_. port: where it acts. of: what it depends on, memory included.
+        name: begins with ``x_law_``. port: where it acts. of: what it depends on, memory included.
         memory: whether it depends on what was (heat, travel since a reversal).
         same: other sets of variables that say the same along any motion.
         draw: values of a law's fields, without `law_`: size, offset, and per variable shape
@@ -228,7 +228,7 @@ _KINDS = [
         "saturation",
         "rotor_torque",
         ("current",),
-        lambda d: {"size": -d.torque(0.15, 0.3)} | _first("current", "cube", d.scale.current_a),
+        lambda d: {"size": -d.torque(0.08, 0.15)} | _first("current", "cube", d.scale.current_a),
     ),
     _kind(
         "one_sided_torque",
