@@ -87,9 +87,13 @@ def test_weak_magnets_are_no_coincidence(drive) -> None:
 
 
 def test_a_wrong_current_reading_out_of_reach_is_laid_to_the_sensor_and_not_named(drive) -> None:
-    """Another make of machine, its fault withheld: nothing is named, a note says why."""
+    """Another make of machine, its fault withheld: no cause is named, and the law that is found
+    is an error of the current's reading in proportion to it."""
     case = Case(0, 29, "outside", {"x_current_sensor_gain": {"gain_error": GAIN}})
     found = diagnose(record_case(case, drive), drive, without=["current_sensor_gain"])
     assert not found.causes
-    assert found.verdict == "unexplained"
+    assert found.verdict == "described" and found.law is not None
+    law = found.law.as_json()
+    assert law["port"] == "current_error" and law["of"][0] == "current"
+    assert float(law["formula"].split()[0]) == pytest.approx(GAIN, rel=0.01)
     assert found.block == "sensor"
