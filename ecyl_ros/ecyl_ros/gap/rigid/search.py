@@ -145,11 +145,10 @@ def _orders(
         return _peaks(values, position, rates[:limit], weight)
     spacing = _SPACING * math.tau / travel
     rates = np.arange(lowest, highest, max(spacing, (highest - lowest) / limit))
-    found = [
+    return [
         _refined(values, position, rate, spacing, weight)
         for rate in _peaks(values, position, rates, weight)
     ]
-    return [settled(balance, values, along, effort, rate) for rate in found]
 
 
 def settled(
