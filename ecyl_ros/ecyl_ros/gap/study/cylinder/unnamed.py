@@ -12,20 +12,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...describe.words import BLOCKS
 from .imposed import Draw, Imposed, Values
 from .law import PORTS, SHAPES, VARIABLES
 from .physics import Physics
-
-_BLOCKS = {
-    "rotor_torque": "motor_mechanical",
-    "rotor_friction": "motor_mechanical",
-    "load_torque": "load",
-    "load_friction": "load",
-    "inverter_voltage": "motor_electrical",
-    "rotor_angle_error": "sensor",
-    "current_error": "sensor",
-    "rod_error": "sensor",
-}
 
 
 @dataclass(frozen=True)
@@ -56,7 +46,7 @@ class Unnamed:
             for key, value in values.items():
                 setattr(machine, f"law_{key}", value)
 
-        return Imposed(self.name, _BLOCKS[self.port], self.draw, impose)
+        return Imposed(self.name, BLOCKS[self.port], self.draw, impose)
 
 
 def _first(variable: str, shape: str, width: float, place: float = 0.0) -> Values:
