@@ -67,6 +67,27 @@ def simulated(path: Path, *arguments: object) -> bytes:
     return path.read_bytes()
 
 
+UNHURRIED_HZ = 50.0  # control rate that any machine holds in real time, however busy
+
+
+def unhurried(folder: Path, delay_ticks: int = 1) -> Path:
+    """Drive file of profile servo_1khz whose loops, a quarter as fast, close at `UNHURRIED_HZ`."""
+    text = resolve_drive("servo_1khz").read_text()
+    for old, new in {
+        "rate: 1000.0 ": f"rate: {UNHURRIED_HZ} ",
+        "telemetry_rate: 250.0 ": f"telemetry_rate: {UNHURRIED_HZ} ",
+        "delay_ticks: 1 ": f"delay_ticks: {delay_ticks} ",
+        "position: {kp: 8.0, ki: 0.0}": "position: {kp: 2.0, ki: 0.0}",
+        "speed: {kp: 0.2, ki: 0.5}": "speed: {kp: 0.05, ki: 0.03}",
+        "current: {kp: 0.4, ki: 120.0}": "current: {kp: 0.1, ki: 30.0}",
+    }.items():
+        assert text.count(old) == 1
+        text = text.replace(old, new)
+    drive = folder / "drive.yaml"
+    drive.write_text(text)
+    return drive
+
+
 def node(
     name: str, *parameters: str, drive: str = "bench", domain: int | None = None
 ) -> subprocess.Popen:
