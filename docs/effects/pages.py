@@ -146,7 +146,7 @@ def _kin(effect: Effect) -> list[str]:
     if effect.refines:
         parts.append(
             f"It contains {_listed([_link(one) for one in effect.refines])} as a special case, and "
-            "is named only where it takes off clearly more."
+            "is named only where it removes clearly more."
         )
     finer = sorted(one.name for one in CATALOGUE.values() if effect.name in one.refines)
     if finer:

@@ -280,7 +280,7 @@ def test_sensor_zeros_do_not_matter(truth):
     moved = dataclasses.replace(
         noisy, torque_nm=noisy.torque_nm + 2.0, angle_rad=noisy.angle_rad + 40.0 * ARCMIN
     )
-    # The shaft's twist is left in: taken off the moved torque it would move the angle.
+    # The shaft's twist is left in: subtracted from the moved torque it would move the angle.
     here, there = identify(noisy), identify(moved)
     for name in TABLE_1:
         assert getattr(there.fit, name).value == pytest.approx(

@@ -95,7 +95,7 @@ PUBLISHED = {
 def test_emps_has_friction_that_depends_on_direction(tmp_path, drive, sure) -> None:
     """From nothing and from the published model: named; published values within 3 %, and error.
 
-    Of the published model it takes off no more than is left: surer than that nobody can be.
+    Of the published model it removes no more than is left: surer than that nobody can be.
     """
     result = _diagnosed(tmp_path, "emps/DATA_EMPS.mat", "emps", drive)
     assert list(_causes(result)) == ["direction_dependent_friction"]

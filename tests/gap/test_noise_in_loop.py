@@ -64,7 +64,7 @@ def test_the_true_friction_fits_only_with_noise_in_the_loop(stuck: Recording) ->
 
 
 def test_noise_in_the_loop_leaves_the_nominal_replay_as_it_was(stuck: Recording) -> None:
-    """What the noise does to the drive without effects is taken off again."""
+    """What the noise does to the drive without effects is subtracted again."""
     replay = Replay(stuck, DRIVE, "stuck")
     before = replay.gap({})
     replay.shake()

@@ -29,7 +29,7 @@ def test_the_summary_fits_a_screen_and_a_pipe(verdict: str) -> None:
 
 
 def test_causes_come_with_interval_and_confidence() -> None:
-    """The table gives value, interval, confidence and what each cause takes off."""
+    """The table gives value, interval, confidence and what each cause removes."""
     text = summary(VERDICTS["partly_explained"])
     row = next(line for line in text.splitlines() if line.startswith("wrong backlash"))
     words = " ".join(row.split())

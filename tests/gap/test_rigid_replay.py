@@ -101,8 +101,8 @@ def test_a_limit_and_an_integral_are_played_as_they_ran() -> None:
     assert after < 0.02 * _rms(REFERENCE - rows[:, 0]) and after < 0.2 * gap
 
 
-def test_without_a_loop_the_measured_effort_is_played_and_begun_anew(worn) -> None:
-    """No controller: speed and position from the measured force; a note says why it begins anew."""
+def test_without_a_loop_the_measured_effort_is_played_and_restarted(worn) -> None:
+    """No controller: speed and position from the measured force; a note says why it restarts."""
     result = diagnose(_recording(worn), FILE)
     for name in ("position", "speed"):
         gap, after = _gaps(result)[name]
@@ -110,7 +110,7 @@ def test_without_a_loop_the_measured_effort_is_played_and_begun_anew(worn) -> No
     # A force that is off by F moves a mass by F t^2 / 2 M within a stretch.
     force, span = _gaps(result)["force"][0], 0.5
     assert _gaps(result)["position"][0] < 0.5 * force / MASS * span**2
-    (note,) = [one for one in result.notes if "begun anew" in one]
+    (note,) = [one for one in result.notes if "restarted every" in one]
     assert "no controller in the drive file" in note and "0.5 s" in note
     lost = diagnose(_recording(worn), LOOP)
     assert any("no reference was recorded" in one for one in lost.notes)

@@ -233,7 +233,7 @@ def read_two(path: Path, **more: object) -> Recording:
 
 
 def test_clocks_that_differ_and_drift_are_put_right(tmp_path: Path) -> None:
-    """A command clock 2.5 s ahead that gains 80 ppm is found to 1 % and taken off to 2 ms."""
+    """A command clock 2.5 s ahead that gains 80 ppm is found to 1 % and corrected to 2 ms."""
     random = np.random.default_rng(1)
     true = np.arange(30_000) * 1e-3 + 100.0
     delays = 2e-4 + random.exponential(5e-4, (2, true.size))

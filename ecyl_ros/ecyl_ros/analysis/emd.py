@@ -30,7 +30,7 @@ class EmdSettings:
     """How a signal is decomposed. Modes depend on all of this, so it is stated with them.
 
     Attributes:
-        max_imfs: modes taken off before the rest is called residue.
+        max_imfs: modes extracted before the rest is called residue.
         band_hz: highest frequency of interest. Signals sampled at twice `oversampling * band_hz`
             or more are low-passed (zero phase) and thinned out: without that the first modes are
             measurement noise, and sifting takes minutes.

@@ -71,7 +71,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--shaft-twist",
         type=float,
         metavar="RAD_PER_NM",
-        help="twist of the shaft up to the angle sensor, taken off the angle "
+        help="twist of the shaft up to the angle sensor, subtracted from the angle "
         "(simulated: 0.94 arcsec at 50 N m; measured: 0)",
     )
     parser.add_argument("--json", type=Path, metavar="OUT", help="write the figures as JSON")

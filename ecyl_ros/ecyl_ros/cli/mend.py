@@ -20,7 +20,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Write every whole message anew, with an index, and say what was wrong."""
+    """Rewrite every whole message with an index, and say what was wrong."""
     from ..recording.mend import mend
 
     check_outputs(

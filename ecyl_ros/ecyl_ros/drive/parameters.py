@@ -50,7 +50,7 @@ class TransmissionParameters:
     lead: float = _quantity("m/rev", 1e-4, 0.5, "rod travel per screw revolution")
     gear_ratio: float = _quantity("1", 1e-2, 1e3, "rotor revolutions per screw revolution")
     # A drive file may leave out these two: the coupling is then rigid, see `coupling`.
-    backlash: float = _quantity("rad", 0.0, 1.0, "total clearance at the rotor, alpha")
+    backlash: float = _quantity("rad", 0.0, 1.0, "total backlash at the rotor, alpha")
     stiffness: tuple[float, ...] = _quantity("N m/rad", 1e-3, 1e8, "one value per torque segment")
     stiffness_breaks: tuple[float, ...] = _quantity(
         "N m", 1e-6, 1e6, "torques where one segment gives way to the next", ()

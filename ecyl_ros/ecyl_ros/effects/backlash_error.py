@@ -1,4 +1,4 @@
-"""The clearance is wider (wear) or narrower (preload) than the nominal model has it."""
+"""The backlash is wider (wear) or narrower (preload) than the nominal model has it."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ EFFECT = Effect(
             unit="rad",
             low=0.0,
             high=1.0,
-            meaning="true total clearance at the rotor",
+            meaning="true total backlash at the rotor",
         ),
     ),
     starts=multiples(

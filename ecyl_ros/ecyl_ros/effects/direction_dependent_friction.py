@@ -126,7 +126,7 @@ def _void(fitted: Fitted) -> str:
     """It has to differ by direction, and to be friction in both."""
     values, covariance = fitted.values, fitted.covariance()
     if np.any(values - np.array(fitted.term.low) <= _AT_BOUND * np.abs(values).max()):
-        return "one direction stands at its bound"
+        return "one direction is at its bound"
     for one, other in ((0, 1), (2, 3)):
         gap = values[one] - values[other]
         spread = covariance[one, one] + covariance[other, other] - 2.0 * covariance[one, other]

@@ -131,7 +131,7 @@ class Effect:
             another value of something the model has. Effects with a port of their own (see
             `ports`) have their parameters in the record under `field_name` and need none.
         refines: effects that this one contains as a special case. It is named in their place only
-            where it takes off clearly more.
+            where it removes clearly more.
         sized: parameters that the size of the effect is in proportion to; the first one unless
             given, none where there is no such thing (a limit).
         neutral: the value of those at which the effect vanishes.

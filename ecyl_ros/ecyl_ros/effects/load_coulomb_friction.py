@@ -1,4 +1,4 @@
-"""Coulomb friction behind the clearance: screw, nut, guide, rod seal."""
+"""Coulomb friction behind the backlash: screw, nut, guide, rod seal."""
 
 from __future__ import annotations
 
@@ -35,8 +35,8 @@ EFFECT = Effect(
     block="load",
     title="Coulomb friction on the load",
     summary="A torque of constant size against the load's motion; the load stays where it is while "
-    "the rotor crosses the clearance.",
-    excitation="reversals, some of them slow; the clearance tells it from the rotor's",
+    "the rotor crosses the backlash.",
+    excitation="reversals, some of them slow; the backlash tells it from the rotor's",
     parameters=(
         Quantity(
             name="coulomb_nm", unit="N m", low=0.0, high=1e3, meaning="friction torque at the rotor"

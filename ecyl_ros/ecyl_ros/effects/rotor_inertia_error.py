@@ -22,8 +22,8 @@ EFFECT = Effect(
     name="rotor_inertia_error",
     block="motor_mechanical",
     title="wrong rotor inertia",
-    summary="Torque in proportion to the rotor's acceleration, in the clearance too.",
-    excitation="acceleration, and passages through the clearance that tell it from the load's",
+    summary="Torque in proportion to the rotor's acceleration, in the backlash too.",
+    excitation="acceleration, and passages through the backlash that tell it from the load's",
     parameters=(
         Quantity(
             name="inertia_kg_m2",

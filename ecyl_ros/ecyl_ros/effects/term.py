@@ -152,7 +152,7 @@ def at_bound(fitted: Fitted) -> str:
     bounded = np.isfinite(low)
     values = fitted.values
     reach = _AT_BOUND * max(np.abs(values).max(), 1e-300)
-    return "it stands at its bound" if np.any(values[bounded] - low[bounded] <= reach) else ""
+    return "it is at its bound" if np.any(values[bounded] - low[bounded] <= reach) else ""
 
 
 def holds_nothing(span: Interval) -> str:

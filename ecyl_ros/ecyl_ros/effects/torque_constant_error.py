@@ -23,8 +23,8 @@ EFFECT = Effect(
     name="torque_constant_error",
     block="motor_electrical",
     title="wrong torque constant",
-    summary="The current stands in another proportion to the motion than the model says, in "
-    "friction, acceleration and load alike.",
+    summary="The ratio of current to motion is not the model's, in friction, acceleration and load "
+    "alike.",
     excitation="high torque: acceleration or a known load",
     parameters=(
         Quantity(

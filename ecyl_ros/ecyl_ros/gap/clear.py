@@ -29,7 +29,7 @@ def unclear(fit: Fit, fitter: Fitter) -> dict[str, str]:
         neutral = effect.neutral(fitter.replay.nominal)
         held = [spans.get((name, one), (neutral, neutral)) for one in sized]
         if any(f"{name}.{one}" in fit.bounds_hit for one in sized):
-            found[name] = "stands at the bound of its fit"
+            found[name] = "is at the bound of its fit"
         elif sized and all(
             low <= neutral + open_ and high >= neutral - open_ for low, high in held
         ):

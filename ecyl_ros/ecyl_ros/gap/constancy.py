@@ -38,7 +38,7 @@ class Inconstancy:
         effect: its name.
         condition: what the parts differ in.
         sizes: that suit the parts best, over the fitted size; parts in rising order.
-        gain: share of what is left over a perfect model that this would take off.
+        gain: share of what is left over a perfect model that this would remove.
     """
 
     effect: str

@@ -162,7 +162,7 @@ def _assemble(
                     FittedParameter(quantity.name, quantity.unit, value, low, high, bound)
                 )
                 if bound:
-                    notes.append(f"{name}: {quantity.name} stands at the bound of its fit")
+                    notes.append(f"{name}: {quantity.name} is at the bound of its fit")
             off, lost = (previous - now) / surplus, (rest - in_all(winner)) / surplus
             causes.append(named_cause(name, parameters, sure, others, off, lost))
             previous = now

@@ -22,7 +22,7 @@ def at_noise(fitter: Fitter, fit: Fit) -> bool:
 
 
 def gone(fitter: Fitter, fit: Fit) -> float:
-    """Share of the squared misfit above a perfect nominal model's that a fit takes off."""
+    """Share of the squared misfit above a perfect nominal model's that a fit removes."""
     perfect = fitter.perfect**2
     before = max(fitter.nominal.judged - perfect, 1e-9)
     return 1.0 - max(fit.judged - perfect, 0.0) / before

@@ -444,7 +444,7 @@ class Replay:
 
         A load that sticks is shaken loose by the noise of its own loop, and creeps where a silent
         replay stays. How it creeps on average hardly depends on the draw of the noise; what this
-        draw does to the drive without effects is taken off again.
+        draw does to the drive without effects is subtracted again.
         """
         sensors = dataclasses.replace(
             self.nominal.sensors,

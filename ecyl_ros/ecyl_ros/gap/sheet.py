@@ -5,7 +5,7 @@ is known as log s, normally distributed about log s0 with a standard deviation o
 logarithms what scales together (a torque constant, and all inertias and frictions) lies on straight
 lines. Its *pull* is log(s / s0) s0 / t, hence (s - s0) / t near the nominal value: 1 stands at the
 edge of the sheet. Pulls are fitted beside every candidate, and cost (2 pull)^2 each, twice what
-they take off the logarithm of the distribution.
+they subtract from the logarithm of the distribution.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ FloatArray = NDArray[np.float64]
 # Independent pieces of evidence in a second of recording. What a model of slightly another form
 # leaves is coloured: its samples say the same thing many times over, and no more than this many
 # different ones. Calibrated with the sealed study: the square of a misfit that falls by 4 %, the
-# least that an effect has to take off, is then worth as much as a constant at twice its tolerance.
+# least that an effect has to remove, is then worth as much as a constant at twice its tolerance.
 EVIDENCE_PER_S = 25.0
 _DAMPING, _DAMPING_RATIO = "transmission.contact_damping", 0.1
 _FAR = 50.0  # tolerances that a pull may reach, and factor that a constant may change by

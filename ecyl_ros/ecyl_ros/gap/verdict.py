@@ -43,7 +43,7 @@ def verdict_of(
     Args:
         no_gap: the nominal model is at the floor. within_sheet: constants within their tolerances
             bring it there. named: causes are.
-        shrink: share of the gap that they take off. left: what they leave, over the floor. whole:
+        shrink: share of the gap that they remove. left: what they leave, over the floor. whole:
             all that was found is named.
         flat: the floor is as high as the signal. undecided: what was found looks like others.
     """
@@ -76,7 +76,7 @@ def named_cause(
 
     Args:
         effect: its name. parameters: as fitted. sure: confidence. others: that look the same here.
-        taken_off: share of the gap that adding it took off. lost: that comes back without it.
+        taken_off: share of the gap that adding it removed. lost: that comes back without it.
     """
     known = EFFECTS[effect]
     return Cause(

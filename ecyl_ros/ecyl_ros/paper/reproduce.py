@@ -79,7 +79,7 @@ def write(
             (
                 "0.02 mm at 1 Hz for 20 s from rest, the last 10 s judged. Dashed: the paper's "
                 "frequency, or half the clearance.",
-                "At most five IMFs are taken off by PyEMD (cubic envelopes, ends mirrored) after a "
+                "At most five IMFs are extracted by PyEMD (cubic envelopes, ends mirrored) after a "
                 "low-pass at 37.5 Hz. Each has its frequency from the FFT and from the Hilbert "
                 "transform; where the two part, or where much of its power is away from its line, "
                 "the mode is not one oscillation.",

@@ -256,7 +256,7 @@ def steadied(stamps_ns: StampArray, limit: float) -> tuple[StampArray, float] | 
         limit: in steps; a longer pause begins a new beat.
 
     Returns:
-        The due times and the RMS of what was taken off, in s; None where arrivals stray from a
+        The due times and the RMS of what was subtracted, in s; None where arrivals stray from a
         beat by more than `limit` steps, so that there is none.
     """
     steps = np.diff(stamps_ns)

@@ -214,7 +214,7 @@ def _against(chosen: dict[str, MappedSignal], candidates: list[_Candidate]) -> l
         mirrored = abs(found[0] + asked[1]) + abs(found[1] + asked[0])
         if mirrored < 0.2 * straight:
             chosen[measured.name] = dataclasses.replace(measured, sign=-1)
-            out.append(f"{measured.name}: its range mirrors the reference's, hence sign -1")
+            out.append(f"{measured.name}: its range mirrors the reference's, so sign -1")
     return out
 
 

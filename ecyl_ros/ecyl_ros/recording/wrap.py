@@ -137,7 +137,7 @@ def find_wrap(values: NDArray[Any], unit: str = "") -> WrapFound | None:
     What goes from one end of its range to the other between two samples, by a period that
     counters and angles have, and otherwise moves in steps far smaller, has started again. Values
     that touch both ends and the steps' gap between small and large tell it from a drive that
-    jumps: with the period taken off, no such step may be larger than the ordinary ones.
+    jumps: with the period subtracted, no such step may be larger than the ordinary ones.
     """
     known = np.asarray(values[np.isfinite(values)], dtype=np.float64)
     if known.size < _FEW:

@@ -39,7 +39,7 @@ class Identified:
         clearance_torque_nm: that torque.
         stiffness: segments of equation (8).
         secant_nm_per_rad: largest torque fitted over its angle from the centre, for comparison.
-        shaft_twist_rad_per_nm: taken off the angle before anything else.
+        shaft_twist_rad_per_nm: subtracted from the angle before anything else.
         notes: one line each.
     """
 
@@ -69,7 +69,7 @@ def identify(
         loop: readings with the output locked.
         rated_torque_nm: the clearance is read between the points at +-3 % of it.
         shaft_twist_rad_per_nm: twist of the shaft up to the angle sensor, which is no part of the
-            transmission and is taken off.
+            transmission and is subtracted.
         per_bin: see `median_curve`.
 
     Raises:

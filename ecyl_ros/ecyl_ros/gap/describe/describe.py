@@ -6,7 +6,7 @@
 3. The law at every port that the balance speaks of, played in closed loop (`play`); the port that
    brings the replay nearest stands.
 4. A law is described only where it takes as much off the gap on held-out stretches as an effect
-   must take off to be named.
+   must remove to be named.
 """
 
 from __future__ import annotations
@@ -178,7 +178,7 @@ def _earns(fitter: Fitter, played: Played, null: Fit) -> bool:
 
 
 def _helps(fitter: Fitter, played: Played, null: Fit) -> bool:
-    """Whether enough of the gap is gone, as an effect has to take off to be named."""
+    """Whether enough of the gap is gone, as an effect has to remove to be named."""
     if at_noise(fitter, played.judged):
         return True  # impacts that noise has moved stand for what is left
     before, after = (_pooled(fitter, gap) for gap in (null.gap, played.gap))

@@ -46,7 +46,7 @@ class Description:
     Attributes:
         law: as a drive file takes it. half: float64[values], half the width of its 95 % band.
         seen: bool[values], the places that were visited.
-        shrink: share of the gap that it takes off on stretches that it was not fitted to.
+        shrink: share of the gap that it removes on stretches that it was not fitted to.
         formula: the simplest that does as well; None where none does.
         words: in words, without article's capital or full stop.
         chance: probability of finding so good a law where there is none.

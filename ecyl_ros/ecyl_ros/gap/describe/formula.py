@@ -1,7 +1,7 @@
 """The simplest formula that does as well as a law's table.
 
 Sparse regression over the forms that the field writes laws in: powers, magnitudes and signs, waves
-of a place, products of these for two variables. Terms are added one by one, the one that takes off
+of a place, products of these for two variables. Terms are added one by one, the one that removes
 most first, until what is left lies within the table's band, or is a twentieth of it.
 """
 

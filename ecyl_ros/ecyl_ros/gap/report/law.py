@@ -25,7 +25,7 @@ def sentence(diagnosis: Diagnosis, law: Description) -> str:
     share = q.percent(law.shrink)
     text = (
         f"Nothing in the catalogue explains the gap, but it can be described: {law.words}. Played "
-        f"in the drive it takes off {'all' if share == '100 %' else share} of the gap on stretches "
+        f"in the drive it removes {'all' if share == '100 %' else share} of the gap on stretches "
         "that it was not fitted to"
     )
     if diagnosis.floor > 0.0:
@@ -69,7 +69,7 @@ def facts(law: Description) -> list[tuple[str, str]]:
         )
     )
     found.append(("formula", law.formula or "none of few terms does as well as the table"))
-    found.append(("takes off", f"{q.percent(law.shrink)} of the gap, held out"))
+    found.append(("removes", f"{q.percent(law.shrink)} of the gap, held out"))
     if law.next_best:
         of, worse = law.next_best[0]
         names = " and ".join(SPOKEN[one] for one in of) or "no variable"

@@ -75,7 +75,7 @@ def _closing(diagnosis: Diagnosis) -> str:
     )
     facts = []
     if diagnosis.closes:
-        facts += [("taken off", f"{q.percent(diagnosis.shrink)} of what stands above the floor")]
+        facts += [("removed", f"{q.percent(diagnosis.shrink)} of what exceeds the floor")]
     misfit = q.number(diagnosis.misfit_before)
     if diagnosis.closes:
         misfit += f" before, {q.number(diagnosis.misfit_after)} after"
@@ -140,7 +140,7 @@ def _cause(one: Cause, several: bool) -> str:
     facts = [
         ("confidence", q.confidence(one.confidence)),
         ("acts in", words.block(one.block)),
-        ("takes off", f"{q.percent(one.shrink)} of the gap"),
+        ("removes", f"{q.percent(one.shrink)} of the gap"),
     ]
     if several:
         facts.append(("without it", f"{q.percent(one.shrink_alone_lost)} of the gap comes back"))

@@ -52,7 +52,7 @@ def _table(rows: Sequence[Sequence[str]], right: Sequence[int]) -> str:
 def _causes(diagnosis: Diagnosis) -> str:
     if not diagnosis.causes:
         return ""
-    rows = [["cause", "parameter", "value", "95 % interval", "confidence", "takes off"]]
+    rows = [["cause", "parameter", "value", "95 % interval", "confidence", "removes"]]
     for one in diagnosis.causes:
         name = [words.title(one.effect), q.confidence(one.confidence), q.percent(one.shrink)]
         for parameter in one.parameters:

@@ -65,11 +65,11 @@ def _floor(diagnosis: Diagnosis, adjective: str = "measurement ") -> str:
 def _no_gap(diagnosis: Diagnosis) -> str:
     worst = strongest(diagnosis)
     at = "the measurement noise" if diagnosis.floor_is == _NOISE_NAME else diagnosis.floor_is
-    text = f"There is no gap to explain: the nominal model already stands at {at}"
+    text = f"There is no gap to explain: the nominal model already reaches {at}"
     if worst is None:
         return f"{text}."
     return (
-        f"{text}. The signal furthest from it, the {words.signal(worst.name)}, stands at "
+        f"{text}. The signal furthest from it, the {words.signal(worst.name)}, is at "
         f"{q.times(worst.gap, worst.floor)} times {_floor(diagnosis, '')}."
     )
 
@@ -124,7 +124,7 @@ def _adding(diagnosis: Diagnosis) -> str:
     what = "it" if len(diagnosis.causes) == 1 else "them"
     share = q.percent(diagnosis.shrink)
     return (
-        f"Adding {what} takes off {'all' if share == '100 %' else share} of the gap on stretches "
+        f"Adding {what} removes {'all' if share == '100 %' else share} of the gap on stretches "
         "that no parameter was fitted to"
     )
 

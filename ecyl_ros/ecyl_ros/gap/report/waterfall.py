@@ -1,4 +1,4 @@
-"""How the gap closes: before, what each cause takes off, after, and the floor, as bars."""
+"""How the gap closes: before, what each cause removes, after, and the floor, as bars."""
 
 from __future__ import annotations
 

@@ -77,7 +77,7 @@ def _ranked(
     sets: Sets, current: Solution, chosen: Sequence[Term]
 ) -> tuple[list[tuple[float, Term]], dict[str, float]]:
     """Candidates that earn a place beside a set, best first, by the share of the surplus that they
-    take off where cross-validated; and the best such share of every effect."""
+    remove where cross-validated; and the best such share of every effect."""
     candidates = sets.candidates(current, chosen)
     bare = current, sets.standing(current, chosen)
     level = None
@@ -92,7 +92,7 @@ def _ranked(
                 level = (fit, sets.standing(fit, held)) if len(held) > len(chosen) else bare
             before, standing = level
         standing = standing._replace(scale=current.scale)
-        # A look at the plain fit first: what takes off little there need not be validated.
+        # A look at the plain fit first: what removes little there need not be validated.
         more = sets.extended(chosen, one)
         plain = sets.fit(more)
         if float(plain.of(one)[0]) <= one.least:

@@ -69,7 +69,7 @@ def won_by(
 
 
 def _ordered(sets: Sets, chosen: Sequence[Term]) -> tuple[tuple[Term, ...], tuple[Solution, ...]]:
-    """The terms from the one that takes off most on, and the fits on the way."""
+    """The terms, the one that removes most first, and the fits on the way."""
     left, taken, path = list(chosen), list[Term](), list[Solution]()
     while left:
         fits = [(sets.fit([*taken, one]), one) for one in left]

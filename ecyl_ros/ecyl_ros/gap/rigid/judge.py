@@ -32,7 +32,7 @@ from .void import SHEET, SILENT, why_not
 
 _CLOSE, _HELPS_CLOSE = 5.0, 0.25  # where no more than so many floors are left, less has to be gone
 _WANDERS = 0.05  # share of the effort that may not repeat where there is to be no gap
-_SMALL = 0.03  # share of the gap that an effect has to take off to be named
+_SMALL = 0.03  # share of the gap that an effect has to remove to be named
 _MOST = 0.5  # share of what is explained that has to be named to count for the whole
 _FLAT = 0.7  # share of the signal that its floor may have: half of the power is unknown beyond
 
@@ -321,7 +321,7 @@ class Judgement:
                     others = ", ".join(name.replace("_", " ") for name in one.alternatives)
                     why = f"{why}: it looks like {others} here"
                 if self._shares[term.effect] < _SMALL:
-                    why = f"takes off {100.0 * one.shrink:.1f} % of the gap, too little to be named"
+                    why = f"removes {100.0 * one.shrink:.1f} % of the gap, too little to be named"
                 why = self._void[term.key] or why
                 if why not in SILENT:  # of any recording, and not worth a word
                     self.notes.append(f"{one.title}: {why}")

@@ -2,9 +2,9 @@
 
 With the loop known, the recorded reference is all that goes in. A position loop holds the machine
 to its reference, so that one replay runs through; a speed loop lets the position drift, so that the
-replay is begun anew at the measured state with every stretch. With the loop unknown, the measured
+replay is restarted from the measured state with every stretch. With the loop unknown, the measured
 effort goes in; a position from effort alone drifts with the square of time, so that this, too,
-begins anew with every stretch, and what is judged builds up within it. Where something acts over
+restarts with every stretch, and what is judged builds up within it. Where something acts over
 the position (cogging), a position that has drifted by a good part of its period makes it push where
 it should pull: stretches are then halved until the position stays.
 """
@@ -217,7 +217,7 @@ class _Replayer:
         judged = f"gap, shrink and misfit are those of the {effort} that the motion needs"
         if self.mode == "position":
             return (f"{judged}; the other signals are of a replay of the reference in closed loop",)
-        anew = f"begun anew every {self.anew_s:.3g} s at the measured state"
+        anew = f"restarted every {self.anew_s:.3g} s from the measured state"
         if self.anew_s < self.balance.stretch_s:
             anew += " (so often that what acts over the position stays in step with it)"
         if self.mode == "speed":

@@ -74,7 +74,7 @@ def _nearest(balance: Balance, along: Along, term: Term, over_time: bool) -> flo
 def _power(
     values: FloatArray, along: FloatArray, rates: FloatArray, weight: FloatArray
 ) -> FloatArray:
-    """How much of `values` a sine of each rate takes off by least squares (Lomb, 1976), float64[k].
+    """How much of `values` a sine of each rate removes by least squares (Lomb, 1976), float64[k].
 
     rates: evenly spaced. weight: what the sine is multiplied with (ones, or the effort).
     """
@@ -258,7 +258,7 @@ def _moves(
 def _refined(
     values: FloatArray, along: FloatArray, rate: float, spacing: float, weight: FloatArray
 ) -> float:
-    """The rate near `rate` that takes off most."""
+    """The rate near `rate` that removes most."""
     for width in (1.0, 0.2):
         around = rate + np.linspace(-width, width, 21) * spacing
         around = around[around > 0.0]

@@ -46,7 +46,7 @@ class Standing(NamedTuple):
 
 
 class Gain(NamedTuple):
-    """What one set takes off another.
+    """What one set leaves less than another.
 
     share: of the surplus. sureness: that over its standard error. saved: price of the sheet, by an
     effect that stands for a constant of it.
@@ -147,7 +147,7 @@ class Sets:
         return Standing(now, cap, self._surplus(now), current.scale, fit.price, strained)
 
     def gained(self, before: Standing, then: Sequence[Term], by: Term) -> Gain | None:
-        """What another set takes off, cross-validated, by one term; None where it cannot be."""
+        """What another set removes, cross-validated, by one term; None where it cannot be."""
         costs, fit = self.null.cross_validated(then, before.scale)
         if costs.size != before.costs.size or not np.all(np.isfinite(costs)):
             return None
@@ -200,7 +200,7 @@ class Sets:
     def _surplus(self, costs: FloatArray) -> float:
         """Squared residual above the floor.
 
-        The floor may hold what a model would take off: what changes with time does not repeat.
+        The floor may hold what a model would remove: what changes with time does not repeat.
         """
         mean = float(np.mean(costs))
         return max(mean - self.floor**2, _AT_FLOOR * mean, 1e-300)

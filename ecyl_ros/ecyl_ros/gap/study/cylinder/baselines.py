@@ -43,7 +43,7 @@ LARGEST_FACTOR = 5.0  # a parameter is sought between nominal over this and nomi
 FITS = 30  # trial steps of the fit of all parameters; most settle in fewer
 SINGLE_FITS = 6  # of one parameter alone
 STRETCH_S = 8.0  # of the recording that is fitted to, from its start
-WORTH = 0.1  # share of the pooled gap a swap must take off to be named
+WORTH = 0.1  # share of the pooled gap a swap must remove to be named
 AT_FLOOR = 1.2  # pooled gap in noise floors up to which nothing is named
 
 
@@ -131,7 +131,7 @@ def fit_all(recording: Recording, drive: DriveParameters) -> list[str]:
 
 
 def best_swap(recording: Recording, drive: DriveParameters) -> list[str]:
-    """Fit each parameter alone; names the one that takes off most, if that is worth a name."""
+    """Fit each parameter alone; names the one that removes most, if that is worth a name."""
     loop = ClosedLoop(recording, drive)
     before = float(np.sqrt(np.mean(loop.residuals({}) ** 2)))
     if before <= AT_FLOOR:
