@@ -327,6 +327,13 @@ EXAMPLES: dict[str, Example] = {
         ("current", "spectrum"),
         highest_hz=500.0,
     ),
+    "feed_constant_error": Example(
+        {"error": 0.002},
+        TURNS,
+        (0.0, 1.5),
+        ("lag", "rod_gap"),
+        ("speed", "speed"),
+    ),
     "velocity_feedforward_error": Example(
         {"share": 0.5},
         TURNS,

@@ -25,6 +25,7 @@ CASES = [
     ("speed_integral_error", "ki_a_per_rad", 60.0, {"speed": (0.8, 60.0)}),
     ("current_gain_error", "kp_v_per_a", 4.0, {"current": (4.0, 2260.0)}),
     ("current_integral_error", "ki_v_per_a_s", 6000.0, {"current": (7.0, 6000.0)}),
+    ("feed_constant_error", "error", 0.01, {"rod_per_rotor": 0.0202 / (2.0 * math.pi * 2.16)}),
     ("velocity_feedforward_error", "share", 0.7, {"velocity_feedforward": 0.7}),
     (
         "acceleration_feedforward_error",

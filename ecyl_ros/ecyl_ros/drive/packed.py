@@ -180,7 +180,8 @@ def pack(
         "finer": max(finer, 1),
         "actuation_delay": controller.delay_ticks,
         "feedback_rod": controller.feedback == "rod",
-        "believed_rotor_per_rod": 1.0 / believed.transmission.rod_per_rotor,
+        "believed_rotor_per_rod": 1.0
+        / (believed.transmission.rod_per_rotor * controller.feed_scale),
         "believed_inductance": believed.motor.inductance,
         "velocity_feedforward": controller.velocity_feedforward,
         "acceleration_feedforward": controller.acceleration_feedforward,

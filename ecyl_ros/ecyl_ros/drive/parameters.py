@@ -117,6 +117,9 @@ class ControllerParameters:
         metadata={"choices": ("parallel", "series"), "meaning": "of the PI gains"},
     )
     delay_ticks: int = _quantity("ticks", 0, 64, "from sampling to the inverter", 0)
+    feed_scale: float = _quantity(
+        "1", 1e-2, 1e2, "feed constant that the controller is set to, over the lead", 1.0
+    )
     velocity_feedforward: float = _quantity("1", 0.0, 2.0, "share of the reference velocity", 0.0)
     acceleration_feedforward: float = _quantity(
         "A s^2/rad", 0.0, 1e3, "current asked for per rad/s^2 of the reference, at the rotor", 0.0

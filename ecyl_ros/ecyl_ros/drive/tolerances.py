@@ -47,6 +47,9 @@ CONSTANTS: dict[str, Default] = {
     ),
     "load.inertia": Default(0.1, "from drawings: density, grease, cables, what is mounted"),
     "load.viscous_friction": Default(0.5, "seals, nut, guides: grease, temperature, running in"),
+    "controller.feed_scale": Default(
+        0.0, "a setting, of the lead on the sheet or of a measured one: as uncertain as the lead"
+    ),
     "controller.position.kp": Default(0.0, "a setting"),
     "controller.position.ki": Default(0.0, "a setting"),
     "controller.speed.kp": Default(0.0, "a setting"),

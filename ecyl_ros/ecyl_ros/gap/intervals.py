@@ -11,6 +11,7 @@ import math
 import numpy as np
 from scipy.stats import t as student
 
+from ..drive.tolerances import CONSTANTS
 from ..effects.catalogue import CATALOGUE
 from .fit import Fit
 from .gram import weighted_products
@@ -58,6 +59,12 @@ def variances(
     return np.maximum(variance, np.diag(weighed)) if len(fit.pulled) else variance, count
 
 
+def _form(effect: str) -> float:
+    """`FORM`, or what data sheets know the effect's constant by where that is closer (a lead)."""
+    default = CONSTANTS.get(CATALOGUE[effect].constant or "")
+    return FORM if default is None or default.relative == 0.0 else min(FORM, default.relative)
+
+
 def _left_open(effect: str, sheet: Sheet) -> float:
     """Tolerance of the constant that an effect comes on top of, 0 where it is the constant itself.
 
@@ -81,7 +88,8 @@ def intervals(
     for index, one in enumerate(fit.coordinates):
         value = fit.values[one.effect][one.quantity.name]
         raw = one.of(value)
-        form = FORM if one.logarithmic else FORM * abs(value) / one.scale
+        share = _form(one.effect)
+        form = share if one.logarithmic else share * abs(value) / one.scale
         half = math.hypot(quantile * math.sqrt(max(float(spread[index]), 0.0)), form)
         low, high = one.outward(raw - min(half, 50.0)), one.outward(raw + min(half, 50.0))
         open_ = _left_open(one.effect, sheet)

@@ -29,6 +29,7 @@ FloatArray = NDArray[np.float64]
 # different ones. Calibrated with the sealed study: the square of a misfit that falls by 4 %, the
 # least that an effect has to remove, is then worth as much as a constant at twice its tolerance.
 EVIDENCE_PER_S = 25.0
+_LEAD, _FEED = "transmission.lead", "controller.feed_scale"
 _DAMPING, _DAMPING_RATIO = "transmission.contact_damping", 0.1
 _FAR = 50.0  # tolerances that a pull may reach, and factor that a constant may change by
 
@@ -66,6 +67,8 @@ class Sheet:
         stated = drive.tolerances.get(_DAMPING, drive.tolerances.get(ALL))
         if nominal[_DAMPING] == 0.0 and stated != EXACT:
             widths[_DAMPING] = max(widths[_DAMPING], _damping_of_steel(drive))
+        if drive.controller.feedback == "rotor":  # which lead the controller reckons with
+            widths[_FEED] = max(widths[_FEED], nominal[_FEED] * widths[_LEAD] / nominal[_LEAD])
         widths |= free_widths({key: nominal[key] for key in drive.left_out})
         keys = tuple(key for key, width in widths.items() if width > 0.0)
         leaves = leaf_fields()

@@ -30,6 +30,7 @@ from .drive_text import Effects, add_effects, add_values, with_values
 from .rigid.closest import WRITTEN
 
 _DIGITS = 9
+_FEED = "controller.feed_scale"
 
 
 def write_twin(diagnosis: Diagnosis, drive: str | os.PathLike[str], out: str | Path) -> None:
@@ -86,6 +87,11 @@ def _full(diagnosis: Diagnosis, nominal: DriveParameters) -> _Twin:
     effects = {one.effect: _rounded(one.effect, diagnosis) for one in diagnosis.causes}
     constants, lead = _constants(diagnosis, nominal)
     notes = _remarks(diagnosis)
+    if _FEED in constants:  # seldom in a file; as an effect it reads as what was found
+        effects["feed_constant_error"] = {
+            "error": _digits(constants.pop(_FEED) - nominal.controller.feed_scale)
+        }
+        notes["feed_constant_error"] = "within the tolerance of the lead"
     if lead is not None:
         effects["lead_error"] = {"lead_m": lead}
         notes["lead_error"] = "within its tolerance; the controller goes on believing the sheet"

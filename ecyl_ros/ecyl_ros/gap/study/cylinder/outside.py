@@ -192,6 +192,10 @@ def _filter(name: str, field: str, low: float, high: float) -> Imposed:
     return Imposed(name, "controller", draw, impose, twin=name.removeprefix("x_"))
 
 
+def _put_feed_constant(machine: Physics, values: Values, phases: np.ndarray) -> None:
+    machine.nominal_rod_per_rotor *= values["scale"]
+
+
 _ROTOR = "motor_mechanical"
 
 _CONTROLLER = [
@@ -218,6 +222,13 @@ _CONTROLLER = [
         lambda d: _integral(d, "current", 1000.0 * d.drive.controller.current.kp),
         _setting("current_ki", "ki"),
         twin="current_integral_error",
+    ),
+    Imposed(
+        "x_feed_constant",
+        "controller",
+        lambda d: {"scale": 1.0 + d.side() * d.within(1e-3, 2e-2)},
+        _put_feed_constant,
+        twin="feed_constant_error",
     ),
     Imposed(
         "x_velocity_feedforward",

@@ -14,6 +14,7 @@ from .imposed import Values
 from .physics import Physics
 
 LEAD = "transmission.lead"
+FEED = "controller.feed_scale"
 LEAD_SD = 1e-4  # relative: screws come in accuracy classes, whatever else is uncertain
 LARGEST_SD = 0.1  # beyond it a normal distribution would turn signs
 
@@ -45,8 +46,15 @@ def draw_errors(rng: np.random.Generator, sd: float) -> Values:
     return {key: one * float(rng.normal()) for key, one in standard_deviations(sd).items()}
 
 
+def draw_feed(rng: np.random.Generator, errors: Mapping[str, float]) -> Values:
+    """Error of the controller's feed constant: the sheet's lead, or, as often, a measured one."""
+    return {FEED: errors[LEAD] if rng.random() < 0.5 else 0.0}
+
+
 def off_sheet(machine: Physics, errors: Mapping[str, float]) -> Physics:
-    """The machine with its constants off by relative `errors`; its controller keeps the sheet's."""
+    """The machine with its constants off by relative `errors`; its controller keeps the sheet's,
+    but for its feed constant.
+    """
 
     def factor(key: str) -> float:
         return 1.0 + errors.get(key, 0.0)
@@ -61,6 +69,7 @@ def off_sheet(machine: Physics, errors: Mapping[str, float]) -> Physics:
         rotor_inertia=machine.rotor_inertia * factor("motor.rotor_inertia"),
         rotor_viscous=machine.rotor_viscous * factor("motor.viscous_friction"),
         rod_per_rotor=machine.rod_per_rotor * factor(LEAD),
+        nominal_rod_per_rotor=machine.nominal_rod_per_rotor * factor(FEED),
         half_backlash=machine.half_backlash * factor("transmission.backlash"),
         stiffness=tuple(stiffness * value for value in machine.stiffness),
         contact_damping=machine.contact_damping * factor("transmission.contact_damping"),

@@ -19,7 +19,7 @@ from .imposed import Scale, Values
 from .machine import Run, noise_floor, record_machine, run_machine
 from .nuisances import Nuisances, add_nuisances
 from .physics import Physics, nominal_physics
-from .sheet import draw_errors, off_sheet, taken_by
+from .sheet import draw_errors, draw_feed, off_sheet, taken_by
 
 DURATION_S = 12.0
 PEAK_SPEED_RAD_S = 26.0  # of the rotor that a reference may ask for, unless a setup says more
@@ -109,6 +109,7 @@ class Stage:
         draws = np.random.default_rng([seed, 4])
         for _ in range(DRAWS if sheet else 1):
             errors = draw_errors(draws, sheet)
+            errors |= draw_feed(draws, errors)
             own = (
                 nominal
                 if not sheet
