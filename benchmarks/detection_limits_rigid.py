@@ -50,7 +50,7 @@ def main() -> int:
     for case in drives.plan(10 * options.cases, options.seed, Choice(kinds=("none",))):
         if len(seen[options.times[0]]) >= options.cases:
             break
-        recording, machine = drives.given(drives.complete(case))
+        recording, machine, _ = drives.given(drives.complete(case))
         sound = diagnose(recording, machine)
         if sound.verdict not in SOUND:
             continue

@@ -133,7 +133,7 @@ def test_the_closed_form_of_the_demand_is_what_the_machine_took(linear) -> None:
         if draw_drive(seed, linear, None, 0.05).facts["actuation"] in ("force", "torque")
     )
     case = Case(0, seed, "none", drives="rigid", sheet=0.05, facts={"linear": linear})
-    drawn, faulty, rows = play(case)
+    ((drawn, faulty, rows),) = play(case)
     speed, acceleration = rows[:, 1], rows[:, 4]
     time = np.arange(len(rows)) * 1e-3
     asked = demand(faulty.truth, time, rows[:, 3], speed, acceleration) + drawn.coupling
@@ -346,10 +346,30 @@ def test_the_diagnosis_gets_the_sheet_and_nothing_of_the_machine() -> None:
     """What is handed out is the file's values; the answer is a diagnosis of the contract."""
     drives = RigidDrives(0.05)
     case = draw_cases(drives, 1, 11, Choice(kinds=("single",), effects=("spring_load",)))[0]
-    recording, sheet = drives.given(case)
+    recording, sheet, _ = drives.given(case)
     drawn = draw_drive(case.seed, bool(case.facts["linear"]), "spring_load", 0.05)
     assert sheet == dataclasses.replace(drawn.machine, tolerances=drawn.tolerances)
     assert sheet.stiffness == 0.0
     said = product_diagnosis(recording, sheet, frozenset())
     assert said["schema"] == "ecyl.diagnosis/1"
     assert {"verdict", "causes", "location", "gap"} <= set(said)
+
+
+def test_several_recordings_are_of_one_machine_moved_anew() -> None:
+    """Three of 4 s of one drawn machine: the fault is the same, the motions are not, what swings
+    begins in a phase of its own, and the same seed gives the same."""
+    drives = RigidDrives(0.0, (3, 4.0))
+    choice = Choice(kinds=("single",), effects=("periodic_disturbance",))
+    (case,) = draw_cases(drives, 1, 5, choice)
+    every = play(case)
+    assert [len(one.rows) for one in every] == [4000] * 3
+    assert len({one.faulty.truth._replace(sine=(0.0, 0.0, 0.0)) for one in every}) == 1
+    assert len({one.faulty.truth.sine[:2] for one in every}) == 1
+    assert len({one.faulty.truth.sine[2] for one in every}) == 3
+    assert not np.allclose(every[0].drawn.reference, every[1].drawn.reference)
+    recording, _, others = drives.given(case)
+    again = drives.given(Case.from_label(case.label()))
+    assert len(others) == 2 and recording.duration_s == pytest.approx(4.0, abs=0.1)
+    for one, other in zip((recording, *others), (again.recording, *again.others), strict=True):
+        for name in ("stamp_ns", "rod_position_m", "rotor_position_rad"):
+            assert np.array_equal(getattr(one, name), getattr(other, name), equal_nan=True)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from ..drive.drive_file import resolve_drive
@@ -16,6 +16,7 @@ from ..gap.diagnose import diagnose as judge
 from ..gap.diagnosis import Diagnosis
 from ..gap.long_run import MOST_STRETCHES, diagnose_long
 from ..gap.screen import LONGEST_S
+from ..gap.several.together import check_together, diagnose_together
 from ..recording.load import LongRecording, load_long, load_stretch, long_or_whole
 from ..recording.map import SignalMap
 from ..recording.signals import Recording
@@ -30,7 +31,7 @@ _LOOKED_THROUGH = 0.2  # share of the work, where a long recording is looked thr
 
 
 def diagnose(
-    recording: Recording | PathName,
+    recording: Recording | PathName | Sequence[Recording | PathName],
     drive: DriveParameters | Machine | PathName,
     signal_map: SignalMap | PathName | None = None,
     *,
@@ -43,7 +44,8 @@ def diagnose(
 
     Args:
         recording: of the real drive; or its file, of which as much is read as is judged, so that
-            hours of it fit.
+            hours of it fit. A list of recordings of one machine is diagnosed together: one set of
+            causes and one sheet, held out by recording, too.
         drive: the nominal model: a drive file, a profile (`paper`, `si`, `bench`, `servo_1khz`),
             or what `load_drive` gave.
         signal_map, begin_s, end_s: of a file, as `read` takes them.
@@ -61,6 +63,9 @@ def diagnose(
         drive_file = resolve_drive(drive)
         model, name = load_model(drive_file), str(drive_file)
     span = as_span(begin_s, end_s)
+    if not isinstance(recording, Recording | str | os.PathLike):
+        found = _together(recording, model, name, as_map(signal_map), span, mode, tell)
+        return DiagnosisResult.of(found, drive_file)
     if isinstance(recording, Recording):
         source = "recording"
         if signal_map is not None:
@@ -80,6 +85,44 @@ def diagnose(
         found = judge(whole, model, mode=mode, source=source, drive_name=name, progress=tell)
         found = _with_notes(found, whole, source)
     return DiagnosisResult.of(found, drive_file)
+
+
+def _together(
+    recordings: Sequence[Recording | PathName],
+    model: DriveParameters | Machine,
+    name: str,
+    signal_map: SignalMap | None,
+    span: Span | None,
+    mode: float | None,
+    tell: Progress,
+) -> Diagnosis:
+    """Of several recordings of one machine."""
+    if len(recordings) < 2:
+        raise InputError(f"{len(recordings)} recordings in a list, expected two or more")
+    paths = [os.fspath(one) for one in recordings if not isinstance(one, Recording)]
+    places = [os.path.realpath(one) for one in paths]
+    for path, place in zip(paths, places, strict=True):
+        if places.count(place) > 1:
+            raise InputError(f"{path}: given twice; expected different recordings of one machine")
+    check_together(model, name)
+    read, sources = [], []
+    for number, one in enumerate(recordings, start=1):
+        if isinstance(one, Recording):
+            source = f"recording {number}"
+            read.append(one if span is None else span.part(one, source))
+        else:
+            source = os.fspath(one)
+            read.append(load_stretch(Path(one), signal_map, LONGEST_S, span=span))
+        sources.append(source)
+        tell(_LOOKED_THROUGH * number / len(recordings))
+    found = diagnose_together(
+        read, model, mode=mode, sources=sources, drive_name=name, progress=_rest_of(tell)
+    )
+    notes, cautions = list[str](), list[str]()
+    for whole, source in zip(read, sources, strict=True):
+        notes += [f"{source}: {note.removeprefix(f'{source}: ')}" for note in whole.notes]
+        cautions += [f"{source}: {one.text}" for one in wrong_signs(whole)]
+    return dataclasses.replace(found, notes=(*notes, *found.notes), caution="; ".join(cautions))
 
 
 def _rest_of(tell: Progress) -> Progress:

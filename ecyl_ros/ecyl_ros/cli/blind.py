@@ -19,6 +19,7 @@ if TYPE_CHECKING:  # not at run time, to keep `--help` fast
     from ..gap.study.seal import Sealed
 
 SCHEMA = "ecyl.blind/1"
+SECONDS_EACH = 6.0  # of several recordings
 DRIVES = ("bench", "random", "rigid")
 
 
@@ -41,6 +42,19 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="SD",
         help="relative standard deviation of the machines' constants off the sheet (0: exact; "
         "rigid: 0.05 in some of the cases)",
+    )
+    parser.add_argument(
+        "--recordings",
+        type=int,
+        default=1,
+        metavar="N",
+        help="this many recordings of each machine, diagnosed together (rigid drives; 1)",
+    )
+    parser.add_argument(
+        "--seconds",
+        type=float,
+        metavar="S",
+        help=f"that each of several recordings lasts ({SECONDS_EACH:g})",
     )
     parser.add_argument("--json", type=Path, metavar="OUT", help="write labels, answers, figures")
     parser.add_argument(
@@ -120,7 +134,10 @@ def _drives(options: argparse.Namespace) -> tuple[Drives, Path | None]:
     if options.drives == "random":
         return RandomDrives(options.sheet or 0.0), None
     if options.drives == "rigid":
-        return RigidDrives(options.sheet), None
+        several = None
+        if options.recordings > 1:
+            several = options.recordings, options.seconds or SECONDS_EACH
+        return RigidDrives(options.sheet, several), None
     drive_file = resolve_drive(options.drive or "bench")
     return BenchDrives(load_drive(drive_file), options.sheet or 0.0), drive_file
 
@@ -153,6 +170,17 @@ def _check(options: argparse.Namespace) -> None:
         raise InputError(f"--sheet = {options.sheet:g}, expected 0 to 0.1")
     if options.drive is not None and options.drives != "bench":
         raise InputError(f"--drive does not go with --drives {options.drives}, expected bench")
+    if options.recordings < 1:
+        raise InputError(f"--recordings = {options.recordings}, expected 1 or more")
+    if options.recordings > 1 and options.drives != "rigid":
+        raise InputError(
+            f"--recordings {options.recordings} does not go with --drives {options.drives}, "
+            "expected rigid"
+        )
+    if options.seconds is not None and options.recordings == 1:
+        raise InputError("--seconds is of several recordings, expected --recordings 2 or more")
+    if options.seconds is not None and not 3.0 <= options.seconds <= 600.0:
+        raise InputError(f"--seconds = {options.seconds:g}, expected 3 to 600")
     if options.resume and options.json is None:
         raise InputError("--resume needs --json OUT, the file of the study to go on with")
 
@@ -187,8 +215,11 @@ def _write_recordings(cases: list[Case], drives: Drives, folder: Path) -> None:
 
     with progress_bar("writing recordings") as progress:
         for number, case in enumerate(cases, start=1):
-            recording = drives.given(case).recording
-            write_recording(recording, folder / f"case_{case.index:03d}.mcap", overwrite=True)
+            recording, _, others = drives.given(case)
+            name = f"case_{case.index:03d}"
+            write_recording(recording, folder / f"{name}.mcap", overwrite=True)
+            for other, more in enumerate(others, start=2):
+                write_recording(more, folder / f"{name}_{other}.mcap", overwrite=True)
             progress(number / len(cases))
 
 

@@ -6,6 +6,7 @@ import argparse
 import sys
 from pathlib import Path
 
+from ..errors import InputError
 from .diagnose_each import add_each, refuse_alone, run_each
 from .drive_kind import check_kind
 from .outputs import add_overwrite, check_outputs
@@ -15,7 +16,7 @@ from .recording_options import add_recording, add_span, read_map, read_span
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the verb's flags."""
-    add_recording(parser, "recording")
+    add_recording(parser, "recording", several=True)
     add_span(parser)
     parser.add_argument(
         "--drive",
@@ -58,6 +59,11 @@ def run(options: argparse.Namespace) -> int:
     if options.each:
         return run_each(options, drive_file)
     refuse_alone(options)
+    recordings: list[Path] = options.recording
+    several = len(recordings) > 1
+    if several and options.write_mcap is not None:
+        raise InputError("--write-mcap is for one recording; expected --report or --json instead")
+    inputs = {f"RECORDING {one}": one for one in recordings}
     check_outputs(
         {
             "--json": options.json,
@@ -65,7 +71,7 @@ def run(options: argparse.Namespace) -> int:
             "--write-drive": options.write_drive,
             "--write-mcap": options.write_mcap,
         },
-        {"RECORDING": options.recording, "--drive": drive_file, "--map": options.map},
+        {**inputs, "--drive": drive_file, "--map": options.map},
         overwrite=options.overwrite,
         suffixes={"--write-mcap": ".mcap"},
     )
@@ -78,7 +84,7 @@ def run(options: argparse.Namespace) -> int:
 
     with progress_bar("diagnosing") as progress:
         diagnosis = diagnose(
-            options.recording,
+            recordings if several else recordings[0],
             drive_file,
             signal_map,
             begin_s=options.begin_s,

@@ -60,6 +60,9 @@ def run_each(options: argparse.Namespace, drive_file: Path) -> int:
     for flag in _SINGLE:
         if getattr(options, flag) is not None:
             raise InputError(f"--{flag.replace('_', '-')} does not go with --each, expected --out")
+    if len(options.recording) > 1:
+        raise InputError("--each takes one folder; several recordings together go without it")
+    (folder,) = options.recording
     out = options.out
     if out is None:
         raise InputError("--each needs --out DIR, a folder for index and pages")
@@ -70,7 +73,7 @@ def run_each(options: argparse.Namespace, drive_file: Path) -> int:
     index = out / "index.html"
     if index.exists() and not (options.resume or options.overwrite):
         raise InputError(f"--out {out}: holds an index; expected --resume or --overwrite")
-    recordings = recordings_in(options.recording, out)
+    recordings = recordings_in(folder, out)
     check_kind(options, drive_file)
     read_span(options)
     signal_map = read_map(options)
@@ -91,7 +94,7 @@ def run_each(options: argparse.Namespace, drive_file: Path) -> int:
             print(f"ecyl diagnose: {error}; --resume goes on with the others", file=sys.stderr)
             return 1
     write_text(out / "index.csv", as_csv(entries))
-    write_text(index, as_html(entries, str(options.recording), drive_file.name))
+    write_text(index, as_html(entries, str(folder), drive_file.name))
     _print(entries)
     print(f"\n{'written':<10}{index}\n{'written':<10}{out / 'index.csv'}")
     return 0 if any(not one.error for one in entries) else 2

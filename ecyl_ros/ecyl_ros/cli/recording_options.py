@@ -12,13 +12,15 @@ if TYPE_CHECKING:  # not at run time, to keep `--help` fast
     from ..recording.span import Span
 
 
-def add_recording(parser: argparse.ArgumentParser, name: str) -> None:
-    """Declare the positional argument `name` and `--map`."""
+def add_recording(parser: argparse.ArgumentParser, name: str, *, several: bool = False) -> None:
+    """Declare the positional argument `name` and `--map`; several: one or more of it, a list."""
     parser.add_argument(
         name,
         type=Path,
         metavar=name.upper(),
-        help="MCAP, sqlite3, CSV or MAT file, or rosbag2 folder",
+        nargs="+" if several else None,
+        help="MCAP, sqlite3, CSV or MAT file, or rosbag2 folder"
+        + ("; several of one machine are diagnosed together" if several else ""),
     )
     parser.add_argument(
         "--map",

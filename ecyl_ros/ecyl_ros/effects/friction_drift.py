@@ -71,7 +71,7 @@ def term(along: Along) -> Term:
     return Term(
         effect="friction_drift",
         key="drift",
-        columns=np.stack([along.sign, along.sign * along.motion.time_s]),
+        columns=np.stack([along.sign, along.sign * along.motion.own_s]),
         parameters=parameters,
         values=values,
         low=(max(along.least_coulomb()), -math.inf),

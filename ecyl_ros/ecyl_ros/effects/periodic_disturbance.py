@@ -8,6 +8,7 @@ import numpy as np
 
 from ..drive.compiled import kernel
 from .along import Along
+from .apart import apart
 from .effect import Effect, Evidence, Quantity, Start, phase
 from .rigid_form import HUGE, RigidForm, Stem
 from .starts import strongest
@@ -54,9 +55,10 @@ EFFECT = Effect(
 
 
 def term(along: Along, frequency_hz: float) -> Term:
-    """A sine of time on a rigid drive."""
-    units, time_s = along.units, along.motion.time_s
-    return sine(
+    """A sine of time on a rigid drive; of several recordings each begins in a phase of its own."""
+    units, motion = along.units, along.motion
+    time_s = motion.own_s
+    one = sine(
         math.tau * frequency_hz * time_s,
         "amplitude",
         (units.level("amplitude"), units.effort),
@@ -64,10 +66,11 @@ def term(along: Along, frequency_hz: float) -> Term:
         stems={"frequency": frequency_hz},
         effect="periodic_disturbance",
         key=f"disturbance {frequency_hz:.9g}",
-        extent=float(np.ptp(time_s[along.motion.usable])),
+        extent=float(np.ptp(time_s[motion.usable])),
         rate=frequency_hz,
         over_time=True,
     )
+    return apart(one, motion.parts, by_size=True)
 
 
 RIGID = RigidForm(

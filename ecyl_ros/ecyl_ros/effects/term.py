@@ -64,6 +64,8 @@ class Term:
         follows: whether its columns follow what is explained so far. again: the same along the
             effort that its set explains, itself included, float64[n], and from its coefficients so
             far, where it has to be followed on.
+        common: of one whose coefficients are each recording's own (`apart`), the same with one
+            value for all.
     """
 
     effect: str
@@ -90,6 +92,7 @@ class Term:
     sought: float = 0.0
     follows: bool = False
     again: Callable[[FloatArray, FloatArray], Term] | None = None
+    common: Term | None = None
 
     @property
     def size(self) -> int:

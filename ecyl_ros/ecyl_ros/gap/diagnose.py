@@ -32,6 +32,25 @@ def effects_of(drive: DriveParameters | Machine) -> Mapping[str, Any]:
     return {} if drive.kind == "follower" else rigid_forms(drive.linear)
 
 
+def check_input(
+    recording: Recording, drive: DriveParameters | Machine, without: Collection[str], source: str
+) -> None:
+    """Raise InputError for an effect in `without` that does not exist, or too short a recording."""
+    known = effects_of(drive)
+    unknown = sorted(set(without) - set(known))
+    if unknown:
+        raise InputError(f"no effect called {unknown[0]}; expected one of {', '.join(known)}")
+    shortest = _SHORTEST_S if isinstance(drive, DriveParameters) else _SHORTEST_RIGID_S
+    # The last sample counts for a period, too: 3000 samples at 1 kHz are 3 s.
+    samples = len(recording)
+    long_s = recording.duration_s * samples / (samples - 1) if samples > 1 else 0.0
+    if samples and long_s < shortest * (1.0 - 1e-6):
+        raise InputError(
+            f"{source}: {long_s:.4g} s long, expected at least {shortest:g} s to "
+            "fit on one part and judge on another"
+        )
+
+
 def diagnose(
     recording: Recording,
     drive: DriveParameters | Machine,
@@ -57,20 +76,7 @@ def diagnose(
             unstable loop, an effect in `without` that does not exist.
     """
     begin = time.perf_counter()
-    known = effects_of(drive)
-    unknown = sorted(set(without) - set(known))
-    if unknown:
-        raise InputError(f"no effect called {unknown[0]}; expected one of {', '.join(known)}")
-    full = isinstance(drive, DriveParameters)
-    shortest = _SHORTEST_S if full else _SHORTEST_RIGID_S
-    # The last sample counts for a period, too: 3000 samples at 1 kHz are 3 s.
-    samples = len(recording)
-    long_s = recording.duration_s * samples / (samples - 1) if samples > 1 else 0.0
-    if samples and long_s < shortest * (1.0 - 1e-6):
-        raise InputError(
-            f"{source}: {long_s:.4g} s long, expected at least {shortest:g} s to "
-            "fit on one part and judge on another"
-        )
+    check_input(recording, drive, without, source)
     tell = progress or (lambda share: None)
     named: dict[str, Any] = {"source": source, "drive_name": drive_name, "tell": tell}
     if isinstance(drive, DriveParameters):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,7 @@ from numpy.typing import NDArray
 from ..drive.rigid.machine import Machine
 from .describe.description import Description
 from .limits.limit import Alike, Limit
+from .several.of_recording import OfRecording, Unseen
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -234,6 +236,8 @@ class Diagnosis:
         reason: of `not_judgeable`, what recording would do.
         limits: the smallest size of each effect, beside what was found, that the recording would
             have shown; alike: pairs of effects that it hardly tells apart.
+        recordings: what is said of each, where several were diagnosed together. unseen: the last of
+            them against what the others alone say.
         closest: of a rigid drive, the machine that comes closest to the recording, values fitted to
             all of it. judged: the one that the gap after is of, fitted without what is held out.
     """
@@ -275,8 +279,16 @@ class Diagnosis:
     reason: str = ""
     limits: tuple[Limit, ...] = ()
     alike: tuple[Alike, ...] = ()
+    recordings: tuple[OfRecording, ...] = ()
+    unseen: Unseen | None = None
     closest: Machine | None = None
     judged: Machine | None = None
+
+    @property
+    def name(self) -> str:
+        """Of what was diagnosed, without the folders that it lies in."""
+        names = [one.name for one in self.recordings] or [Path(self.source).name]
+        return ", ".join(names)
 
     @property
     def added(self) -> str:
@@ -382,4 +394,14 @@ class Diagnosis:
             "caution": self.caution,
             "notes": list(self.notes),
             "seconds": self.seconds,
+            **self._of_several(),
+        }
+
+    def _of_several(self) -> dict[str, Any]:
+        """What there is to say of several recordings alone."""
+        if not self.recordings:
+            return {}
+        return {
+            "recordings": [one.as_json() for one in self.recordings],
+            "unseen": None if self.unseen is None else self.unseen.as_json(),
         }

@@ -201,7 +201,7 @@ def _digits(value: float) -> float:
 
 def _remarks(diagnosis: Diagnosis) -> dict[str, str]:
     """Comments by effect and by "effect.parameter"; "" stands for all."""
-    name = _printable(Path(diagnosis.source).name)
+    name = _printable(diagnosis.name)
     found = {"": f"Added by ecyl diagnose: what {name} shows beyond the model above."}
     for cause in diagnosis.causes:
         found[cause.effect] = f"{cause.title}, confidence {min(cause.confidence, 0.99):.2f}"

@@ -37,3 +37,13 @@ class Course:
     effort: FloatArray
     usable: BoolArray
     speed_noise: float
+
+    @property
+    def parts(self) -> tuple[slice, ...]:
+        """The samples of each recording that the motion is of, in order."""
+        return (slice(0, self.time_s.size),)
+
+    @property
+    def own_s(self) -> FloatArray:
+        """float64[n], seconds from the first sample of the recording that a sample is of."""
+        return self.time_s

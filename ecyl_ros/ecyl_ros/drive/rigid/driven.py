@@ -77,7 +77,9 @@ def by_effort(
         effort = np.interp(time + 0.5 * h - model.delay_s, motion.time_s, motion.effort)
         pushed = np.interp(time + 0.5 * h, motion.time_s, push)
         position, speed = _begin(motion, first)
-        positions, speeds = along(plant, float(time[0]), position, speed, effort, pushed, h)
+        positions, speeds = along(
+            plant, float(motion.own_s[first]), position, speed, effort, pushed, h
+        )
         found.position[first:behind] = positions[::steps]
         found.velocity[first:behind] = speeds[::steps]
     return found
@@ -110,7 +112,7 @@ def by_loop(motion: Course, machine: Machine, own: bool, parts: Pieces, push: Fl
         _closed(
             plant,
             gains,
-            motion.time_s[first],
+            motion.own_s[first],
             position,
             speed,
             has_speed,

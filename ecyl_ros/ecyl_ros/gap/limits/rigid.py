@@ -54,7 +54,9 @@ def rigid_limits(judgement: Judgement, without: Collection[str] = ()) -> tuple[L
 
 
 def _limit(judgement: Judgement, current: Solution, term: Term) -> Limit | None:
-    """Of one effect; None where it has no size of its own."""
+    """Of one effect; None where it has no size of its own, or one in each recording."""
+    if term.common is not None:
+        return None
     balance = judgement.balance
     columns = balance.columns([term])
     beside = [one for one in current.terms if one.effect != term.effect]

@@ -10,7 +10,7 @@ from ... import __version__
 from ...effects.catalogue import CATALOGUE
 from ...recording.atomic import write_text
 from ..diagnosis import Cause, Diagnosis, FittedParameter
-from . import law, limits, pulls, residual, stretch, words
+from . import law, limits, pulls, residual, stretch, together, words
 from . import quantities as q
 from .markup import escape, figure, key, table, typeset
 from .rivals import contains
@@ -31,10 +31,11 @@ def report_html(diagnosis: Diagnosis) -> str:
     body = [
         _head(diagnosis),
         _closing(diagnosis),
-        _stretch(diagnosis),
+        "" if diagnosis.recordings else _stretch(diagnosis),
         _causes(diagnosis),
         _law(diagnosis),
         _sheet(diagnosis),
+        _section("The recordings", *together.parts(diagnosis, _keys(diagnosis, recorded=True))),
         _limits(diagnosis),
         _measured(diagnosis),
         _where(diagnosis),
@@ -43,7 +44,7 @@ def report_html(diagnosis: Diagnosis) -> str:
         _notes(diagnosis),
         _smallprint(diagnosis),
     ]
-    name = escape(Path(diagnosis.source).name)
+    name = escape(diagnosis.name)
     return (
         '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
@@ -54,7 +55,7 @@ def report_html(diagnosis: Diagnosis) -> str:
 
 
 def _head(diagnosis: Diagnosis) -> str:
-    source, drive = (escape(Path(one).name) for one in (diagnosis.source, diagnosis.drive))
+    source, drive = escape(diagnosis.name), escape(Path(diagnosis.drive).name)
     return (
         f"<header><h1>{words.verdict(diagnosis.verdict)}</h1>"
         f'<p class="verdict">{typeset(sentence(diagnosis))}</p>'

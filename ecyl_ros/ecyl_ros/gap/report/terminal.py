@@ -6,7 +6,7 @@ import textwrap
 from collections.abc import Sequence
 
 from ..diagnosis import Diagnosis
-from . import law, limits, words
+from . import law, limits, together, words
 from . import quantities as q
 from .rivals import runner_up
 from .verdict import sentence, telling_condition
@@ -23,6 +23,7 @@ def summary(diagnosis: Diagnosis, written: Sequence[str] = ()) -> str:
         _causes(diagnosis),
         _law(diagnosis),
         _signals(diagnosis),
+        _recordings(diagnosis),
         _measured(diagnosis),
         _sheet(diagnosis),
         _limits(diagnosis),
@@ -93,6 +94,12 @@ def _signals(diagnosis: Diagnosis) -> str:
     if not both:  # after is before
         rows = [[row[0], row[1], row[3], row[4]] for row in rows]
     return _table(rows, range(1, len(rows[0])))
+
+
+def _recordings(diagnosis: Diagnosis) -> str:
+    """Several recordings side by side."""
+    rows = [[_clean(cell) for cell in row] for row in together.rows(diagnosis)]
+    return _table(rows, range(1, len(rows[0]))) if rows else ""
 
 
 def _measured(diagnosis: Diagnosis) -> str:

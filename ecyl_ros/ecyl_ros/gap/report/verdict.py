@@ -5,7 +5,7 @@ from __future__ import annotations
 from ..diagnosis import Cause, ConditionShare, Diagnosis, SignalGap
 from . import law as law_words
 from . import quantities as q
-from . import words
+from . import together, words
 
 _NOISE_NAME = "measurement noise"
 _NOISE = 1.2  # what is left is called measurement noise up to this multiple of the floor
@@ -15,7 +15,7 @@ _MUCH = 0.3  # ... and this share of the gap
 
 def sentence(diagnosis: Diagnosis) -> str:
     """What came out, in one to four sentences of plain text; what spoils it all goes first."""
-    said = _said(diagnosis)
+    said = " ".join(one for one in (_said(diagnosis), together.sentences(diagnosis)) if one)
     return f"Check first: {diagnosis.caution}. {said}" if diagnosis.caution else said
 
 
@@ -25,7 +25,8 @@ def _said(diagnosis: Diagnosis) -> str:
     if diagnosis.verdict == "within_sheet":
         return _within_sheet(diagnosis)
     if diagnosis.verdict == "not_judgeable":
-        return f"This recording cannot be judged: {diagnosis.reason}."
+        who = "These recordings" if diagnosis.recordings else "This recording"
+        return f"{who} cannot be judged: {diagnosis.reason}."
     if diagnosis.law is not None:
         return law_words.sentence(diagnosis, diagnosis.law)
     if diagnosis.verdict == "unexplained" or not diagnosis.causes:
@@ -136,7 +137,8 @@ def _doubts(diagnosis: Diagnosis) -> str:
         if one.alternatives:
             others = words.listed([words.with_article(name) for name in one.alternatives], "or")
             what = f"the {words.title(one.effect)}" if several else "it"
-            text += f" This recording cannot tell {what} from {others}."
+            who = "These recordings" if diagnosis.recordings else "This recording"
+            text += f" {who} cannot tell {what} from {others}."
     return text
 
 

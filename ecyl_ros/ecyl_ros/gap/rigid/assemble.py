@@ -26,7 +26,7 @@ from .sheet import sheet_values
 def assembled(
     judgement: Judgement,
     mode: float | None,
-    recording: Recording,
+    recordings: Sequence[Recording],
     source: str,
     drive_name: str,
     without: Collection[str] = (),
@@ -66,15 +66,15 @@ def assembled(
         candidates=_candidates(judgement),
         notes=(*costs(motion, along, mode), *played.notes, *motion.notes, *judgement.notes),
         values=_values(judgement, best) if named and best is not None else {},
-        series=_series(judgement, ruling, played, int(recording.stamp_ns[0])),
+        series=_series(judgement, ruling, played, int(recordings[0].stamp_ns[0])),
         replays=contest.fits,
         misfit_before=ruling.before / floor,
         misfit_after=ruling.after / floor,
         misfit_perfect=1.0,
         misfit_best=ruling.best / floor,
         margin=ruling.margin,
-        duration_s=recording.duration_s,
-        rate_hz=recording.rate_hz,
+        duration_s=sum(one.duration_s for one in recordings),
+        rate_hz=min(one.rate_hz for one in recordings),
         measured=(
             *measured(balance, along, contest.winner if named else contest.base, whole),
             *played.measured,
@@ -119,7 +119,7 @@ def _candidates(judgement: Judgement) -> tuple[Candidate, ...]:
 
 def _series(judgement: Judgement, ruling: Ruling, played: Replay, start_ns: int) -> Series:
     motion, balance, along = judgement.motion, judgement.balance, judgement.catalogue.along
-    rows, end = motion.rows, along.units.end
+    rows, end, counted = motion.rows, along.units.end, motion.counted
     known = np.isfinite(motion.reference_position).any()
     reference = motion.reference_position[rows] if known else np.full(rows.size, np.nan)
     position = motion.position[rows]
@@ -128,9 +128,9 @@ def _series(judgement: Judgement, ruling: Ruling, played: Replay, start_ns: int)
     return Series(
         time_s=balance.time_s,
         reference_m=reference,
-        recorded=_rows(balance.effort, played.recorded),
-        before=_rows(balance.effort - ruling.base.residual, played.before),
-        after=_rows(balance.effort - ruling.final.residual, played.after),
+        recorded=_rows(counted * balance.effort, played.recorded),
+        before=_rows(counted * (balance.effort - ruling.base.residual), played.before),
+        after=_rows(counted * (balance.effort - ruling.final.residual), played.after),
         held_out=balance.held & balance.usable,
         usable=balance.usable,
         start_ns=start_ns,

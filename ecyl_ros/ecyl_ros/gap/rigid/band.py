@@ -68,6 +68,7 @@ def told_by_speed(
     bandwidth: float,
     effort: FloatArray,
     cutoff: float,
+    times: float = 1.0,
 ) -> tuple[float, float, float] | None:
     """Bandwidth, cutoff and noise by the recorded speed; None where differences are as good.
 
@@ -84,7 +85,9 @@ def told_by_speed(
     if quiet > _QUIETER * spread or float(np.sqrt(np.mean(apart**2))) > 3.0 * spread + _LAG * size:
         return None
     if machine.bandwidth_hz is None:
-        bandwidth = max(bandwidth, bandwidth_of(recorded, effort, rate, own, usable, order=1))
+        bandwidth = max(
+            bandwidth, bandwidth_of(recorded, effort, rate, own, usable, order=1, times=times)
+        )
         bandwidth = min(bandwidth, 0.4 * rate)
         cutoff = min(DERIVATIVE * bandwidth, 0.45 * rate)
     return bandwidth, cutoff, own * math.sqrt(min(2.0 * cutoff / rate, 1.0))
@@ -125,6 +128,7 @@ def bandwidth_of(
     noise: float,
     usable: BoolArray,
     order: int = 2,
+    times: float = 1.0,
 ) -> float:
     """Hz up to which effort and acceleration both say more than their noise.
 
@@ -132,7 +136,8 @@ def bandwidth_of(
     effort), or that which leaves 1500 samples to compare, if it is higher; unless noise of the
     position would by then be more than a twentieth of the acceleration's power; never above a fifth
     of the sampling rate. order: of the difference that makes `position` an acceleration; 1 where
-    it is a speed, and `noise` is of it.
+    it is a speed, and `noise` is of it. times: as long as this are all recordings that are
+    compared together.
     """
     second = np.diff(position[usable], order) * rate**order
     frequency, density = _spectrum(second, rate)
@@ -149,7 +154,8 @@ def bandwidth_of(
     else:
         held = signal
     reach = float(frequency[int(np.searchsorted(held, _POWER * held[-1]))])
-    reach = max(reach, _LEAST_SAMPLES / (SAMPLES_PER_PERIOD * usable.sum() / rate))
+    seconds = times * usable.sum() / rate
+    reach = max(reach, _LEAST_SAMPLES / (SAMPLES_PER_PERIOD * seconds))
     # What the encoder's noise does in a wider band than it would have is weighed down.
-    fewest = _FEWEST_SAMPLES / (SAMPLES_PER_PERIOD * usable.sum() / rate)
+    fewest = _FEWEST_SAMPLES / (SAMPLES_PER_PERIOD * seconds)
     return max(min(reach, max(limit, fewest), _HIGHEST * rate), 4.0 * frequency[1])

@@ -202,7 +202,8 @@ def _simpler(sets: Sets, chosen: Sequence[Term]) -> list[Term]:
             continue
         rest = [one for one in chosen if one is not split]
         standing = sets.standing(sets.fit(chosen), chosen)
-        for parts in gives_way(sets.catalogue.along, free_means(rest)):
+        for simple in gives_way(sets.catalogue.along, free_means(rest)):
+            parts = [sets.catalogue.own(one) for one in simple]
             barred = any(one.effect in sets.barred for one in parts)
             if not barred and not sets.missed(standing, chosen, [*rest, *parts], split).likely:
                 return [*rest, *parts]

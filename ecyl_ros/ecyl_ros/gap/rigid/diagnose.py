@@ -52,12 +52,33 @@ def diagnose_rigid(
         InputError: no position, no effort, no motion, no such mode.
     """
     motion = motion_of(recording, machine, source, mode)
-    _check(motion, machine, source)
+    check_motion(motion, machine, source)
+    judgement = judged(motion, machine, without, source, tell)
+    return assembled(judgement, mode, [recording], source, drive_name, without)
+
+
+def judged(
+    motion: Motion,
+    machine: Machine,
+    without: Collection[str],
+    source: str,
+    tell: Callable[[float], None],
+    differing: Collection[str] = (),
+    known: tuple[float, str] | None = None,
+) -> Judgement:
+    """What competed for the effort that a motion needs, and how it came out.
+
+    differing: effects that are found for each recording by itself, where the motion is of several.
+    known: a floor to begin with, and what it is; by how the effort repeats unless given.
+
+    Raises:
+        InputError: too few samples to compare.
+    """
     tell(0.05)
-    catalogue = Catalogue(motion, machine)
+    catalogue = Catalogue(motion, machine, differing)
     motion = without_offsets(motion, catalogue.along)
-    motion = weighed(motion, _inertia(catalogue))
-    catalogue = Catalogue(motion, machine)
+    motion = weighed(motion, inertia_of(catalogue))
+    catalogue = Catalogue(motion, machine, differing)
     blur = Blur(acceleration_noise(motion), acceleration_noise(motion, counted=True))
     model = catalogue.model
     balance = Balance(motion, catalogue.nominal(), model, blur)
@@ -69,7 +90,7 @@ def diagnose_rigid(
             f"{motion.bandwidth_hz:.3g} Hz, expected at least {8 * _TOO_LITTLE}: more seconds, "
             "fewer gaps, or a higher judge.bandwidth where noise of the position allows it"
         )
-    floor, floor_is = _floor(balance, catalogue, _broad(balance, catalogue))
+    floor, floor_is = known or _floor(balance, catalogue, _broad(balance, catalogue))
     floor = min(floor, float(np.std(balance.effort[balance.usable])) or floor)
     null = Null(balance, catalogue)
     for number in range(_ROUNDS):
@@ -92,7 +113,7 @@ def diagnose_rigid(
             break
         contest = concluded(null, floor, without, contest, simplest)
         judgement = Judgement(null, contest, floor, floor_is)
-    return assembled(judgement, mode, recording, source, drive_name, without)
+    return judgement
 
 
 def _part(tell: Callable[[float], None], number: int) -> Callable[[float], None]:
@@ -117,7 +138,7 @@ def _finer_floor(balance: Balance, catalogue: Catalogue, winner: Solution) -> tu
     return finer, finer_is
 
 
-def _inertia(catalogue: Catalogue) -> float:
+def inertia_of(catalogue: Catalogue) -> float:
     """About what it is, in the unit of the effort: by the file, or by the motion."""
     if catalogue.model.inertia is not None:
         return catalogue.model.inertia
@@ -125,7 +146,8 @@ def _inertia(catalogue: Catalogue) -> float:
     return _broad(plain, catalogue).inertia(catalogue.model)
 
 
-def _check(motion: Motion, machine: Machine, source: str) -> None:
+def check_motion(motion: Motion, machine: Machine, source: str) -> None:
+    """Raise InputError where a motion cannot be judged: no effort, no motion, another unit."""
     if not np.isfinite(motion.effort).any():
         wanted = machine.actuation or ("force" if machine.linear else "torque")
         raise InputError(

@@ -43,15 +43,14 @@ class Pairs(NamedTuple):
 
 
 def pairs(balance: Balance, periodic: bool, without_hz: float | None = None) -> Pairs:
-    """Neighbours in position, speed and acceleration.
+    """Neighbours in position, speed and acceleration within one recording.
 
     periodic: position modulo one turn. without_hz: of a line that is taken out of the motion.
     """
     motion = balance.motion
     rows = np.flatnonzero(balance.usable)
     position, *state = (
-        motion.filtered(one)[rows]
-        for one in (motion.position, motion.velocity, motion.acceleration)
+        motion.in_band(one)[rows] for one in (motion.position, motion.velocity, motion.acceleration)
     )
     if without_hz is not None:
         time_s = balance.time_s[rows]
@@ -62,8 +61,17 @@ def pairs(balance: Balance, periodic: bool, without_hz: float | None = None) -> 
     else:
         state.append(position / (float(np.std(position)) or 1.0))
     points = np.stack(state, axis=1)
-    stretch = balance.stretch[rows]
-    distance, index = cKDTree(points).query(points, k=min(8 * _NEIGHBOURS, rows.size))
+    stretch, of = balance.stretch[rows], motion.recording[rows]
+    shape = rows.size, min(8 * _NEIGHBOURS, int(np.max(np.bincount(of), initial=0)))
+    distance, index = np.full(shape, np.inf), np.zeros(shape, dtype=np.int64)
+    # What another recording does not repeat may be wear, or another temperature: no noise.
+    for number in np.unique(of).tolist():
+        own = np.flatnonzero(of == number)
+        count = min(shape[1], own.size)
+        near, at = cKDTree(points[own]).query(points[own], k=count)
+        distance[own, :count], index[own, :count] = (
+            one.reshape(own.size, count) for one in (near, own[at])
+        )
     # Neighbours in time are neighbours in state: only other times count.
     other = np.abs(stretch[index] - stretch[:, None]) >= _APART
     return Pairs(rows, distance, index, other & (distance < _NEAR))

@@ -20,15 +20,21 @@ _MOVED = 0.01  # of the travel, that the output has to move meanwhile
 _EVEN = 0.02  # steps of the stamps may differ by this share and still be called even
 
 
-def even_grid(recording: Recording, source: str) -> tuple[FloatArray, float, list[str]]:
-    """Instants in s, their rate in Hz, and what was found odd of the stamps."""
+def even_grid(
+    recording: Recording, source: str, rate_hz: float | None = None
+) -> tuple[FloatArray, float, list[str]]:
+    """Instants in s, their rate in Hz, and what was found odd of the stamps.
+
+    rate_hz: that the grid is to have; the recording's own unless given.
+    """
     if len(recording) < 64:
         raise InputError(f"{source}: {len(recording)} samples, expected at least 64")
     steps = np.diff(recording.time_s)
     typical = float(np.median(steps))
     # A mean over all but the longest pauses does not round as a median of stamps in ms does.
     rate = 1.0 / float(steps[steps < 3.0 * typical].mean())
-    grid = np.arange(math.floor(recording.duration_s * rate + 1e-6) + 1) / rate
+    asked = rate_hz or rate
+    grid = np.arange(math.floor(recording.duration_s * asked + 1e-6) + 1) / asked
     notes = []
     uneven = float(np.mean(np.abs(steps * rate - 1.0) > _EVEN))
     if uneven > 0.0:
@@ -36,7 +42,7 @@ def even_grid(recording: Recording, source: str) -> tuple[FloatArray, float, lis
             f"uneven stamps: {100.0 * uneven:.1f} % of the steps are off {1e3 / rate:.3g} ms by "
             f"more than {100.0 * _EVEN:.0f} %; everything was put on an even grid"
         )
-    return grid, rate, notes
+    return grid, asked, notes
 
 
 class Taker:

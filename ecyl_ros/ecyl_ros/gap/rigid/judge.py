@@ -263,12 +263,12 @@ class Judgement:
         if len(order) < len(self.contest.order):
             return order
         along = self.catalogue.along
-        plain = load_coulomb_friction.term(along)
+        plain = self.catalogue.own(load_coulomb_friction.term(along))
         for at, term in enumerate(order):
             if plain.effect not in term.refines:
                 continue
             rest = [*order[:at], *order[at + 1 :]]
-            viscous = load_viscous_friction.term(along)
+            viscous = self.catalogue.own(load_viscous_friction.term(along))
             simple = [*rest, plain, *([viscous] if viscous.effect in term.refines else [])]
             acts, sure, names = self.certainty.of(term)
             like = acts >= NAMED and bool(names)

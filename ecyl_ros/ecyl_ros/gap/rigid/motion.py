@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -81,9 +82,24 @@ class Motion(Course):
         """int64[m], the samples of the grid that are compared."""
         return np.arange(self.step // 2, self.time_s.size, self.step)
 
-    def filtered(self, columns: FloatArray) -> FloatArray:
+    @property
+    def recording(self) -> NDArray[np.int64]:
+        """int64[m], the number of the recording that a compared sample is of, from 0."""
+        begins = [part.start for part in self.parts]
+        return np.searchsorted(begins, self.rows, side="right") - 1
+
+    @property
+    def counted(self) -> FloatArray | float:
+        """By what compared efforts were divided, float64[m] or one for all."""
+        return 1.0
+
+    def in_band(self, columns: FloatArray) -> FloatArray:
         """Columns float64[..., n] through the parallel filter, at `rows`: float64[..., m]."""
         return self._parallel(columns)[..., self.rows]
+
+    def filtered(self, columns: FloatArray) -> FloatArray:
+        """The same of efforts, as they are compared: each recording's in its own noise."""
+        return self.in_band(columns)
 
     def shifted(self, values: FloatArray, later_s: FloatArray) -> FloatArray:
         """float64[n] through the parallel filter, later by each of float64[k]: float64[k, m].
@@ -106,28 +122,38 @@ class Motion(Course):
         return made / (1.0 + (frequency_hz / self.weight_hz) ** 2)
 
     def _parallel(self, values: FloatArray) -> FloatArray:
-        made: FloatArray = sosfiltfilt(self._sos, values, axis=-1, padlen=self._pad)
+        pad = min(values.shape[-1] - 1, int(3 * self.rate_hz / self.bandwidth_hz))
+        made: FloatArray = sosfiltfilt(self._sos, values, axis=-1, padlen=pad)
         if self.weight_hz < 0.45 * self.rate_hz:
-            weigh = butter(1, self.weight_hz, fs=self.rate_hz, output="sos")
-            made = sosfiltfilt(weigh, made, axis=-1, padlen=self._pad)
+            weigh = _weight(self.weight_hz, self.rate_hz)
+            made = sosfiltfilt(weigh, made, axis=-1, padlen=pad)
         return made
 
-    @property
-    def _pad(self) -> int:
-        return min(self.time_s.size - 1, int(3 * self.rate_hz / self.bandwidth_hz))
+
+@lru_cache(maxsize=32)
+def _weight(cutoff_hz: float, rate_hz: float) -> NDArray[np.float64]:
+    """The low-pass that compared efforts are weighed with; it is asked for at every column."""
+    sos: NDArray[np.float64] = butter(1, cutoff_hz, fs=rate_hz, output="sos")
+    return sos
 
 
 def motion_of(
-    recording: Recording, machine: Machine, source: str, mode: float | None = None
+    recording: Recording,
+    machine: Machine,
+    source: str,
+    mode: float | None = None,
+    rate_hz: float | None = None,
+    times: float = 1.0,
 ) -> Motion:
     """The motion and effort that a recording holds of `machine`.
 
-    mode: only where the recorded mode has this value.
+    mode: only where the recorded mode has this value. rate_hz: of the grid, for a recording that is
+    to go with slower ones; its own unless given. times: as long as this are all that go together.
 
     Raises:
         InputError: no position or speed of the output, too few samples, or no sample of the mode.
     """
-    grid, rate, notes = even_grid(recording, source)
+    grid, rate, notes = even_grid(recording, source, rate_hz)
     recording, frozen = without_repeats(recording)
     if frozen:
         shown = ", ".join(f"{begin:.3f} to {end:.3f} s" for begin, end in frozen[:4])
@@ -199,7 +225,7 @@ def motion_of(
     noise = max(noise, (machine.position_resolution or 0.0) / math.sqrt(12.0))
     bandwidth = machine.bandwidth_hz
     if bandwidth is None:
-        bandwidth = bandwidth_of(position, effort, rate, noise, usable)
+        bandwidth = bandwidth_of(position, effort, rate, noise, usable, times=times)
     bandwidth = min(bandwidth, 0.4 * rate)
     cutoff = min(DERIVATIVE * bandwidth, 0.45 * rate)
     sos = butter(ORDER, cutoff, fs=rate, output="sos")
@@ -215,7 +241,7 @@ def motion_of(
         measured = np.isfinite(recorded)
         filled = bridged(recorded, measured) if measured[usable].all() else recorded
         told = told_by_speed(
-            filled, velocity, usable, rate, spread, machine, bandwidth, effort, cutoff
+            filled, velocity, usable, rate, spread, machine, bandwidth, effort, cutoff, times
         )
         by_speed = told is not None
         if told is not None:

@@ -6,6 +6,7 @@ the file leaves out is free. Alone this is the null: the best that the data shee
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -13,6 +14,7 @@ import numpy as np
 
 from ...drive.rigid.machine import KEYS
 from ...effects import actuation_delay
+from ...effects.apart import apart
 from ...effects.catalogue import RIGID, rigid_forms
 from ...effects.term import Term
 from ..diagnosis import BoolArray, FloatArray
@@ -46,6 +48,21 @@ class Null:
         self.unknown = catalogue.unknown()
         self.uncertain = self._uncertain()
         self.fits = 0
+
+    def with_own(self, effect: str) -> Null:
+        """The same with values of its own for each recording of the constants an effect tells."""
+        other, parts = copy.copy(self), self.catalogue.motion.parts
+        other.uncertain = [
+            one._replace(term=apart(one.term, parts)) if one.term.effect == effect else one
+            for one in self.uncertain
+        ]
+        return other
+
+    def common(self) -> Null:
+        """The same with one value of each constant for all recordings."""
+        other = copy.copy(self)
+        other.uncertain = [one._replace(term=one.term.common or one.term) for one in self.uncertain]
+        return other
 
     @property
     def sheet(self) -> bool:
@@ -104,8 +121,9 @@ class Null:
         taken = {name for one in terms for name in (one.effect, *one.refines)}
         beside = [one for one in self.uncertain if one.term.effect not in taken]
         every = [*self.unknown, *terms, *(one.term for one in beside)]
-        free = sum(one.columns.shape[0] for one in every) - len(beside)
-        return every, np.array([*[0.0] * free, *(2.0 / one.width for one in beside)])
+        known = [2.0 / one.width for one in beside for _ in range(one.term.columns.shape[0])]
+        free = sum(one.columns.shape[0] for one in every) - len(known)
+        return every, np.array([*[0.0] * free, *known])
 
     def _uncertain(self) -> list[Uncertain]:
         catalogue = self.catalogue
@@ -118,7 +136,7 @@ class Null:
             # The gain's coefficient is a share; others count effort as it was recorded.
             scale = 1.0 / float(getattr(machine, KEYS[key].field)) if key == _GAIN else per_own
             found += [
-                Uncertain(form.term(catalogue.along), scale * width)
+                Uncertain(catalogue.own(form.term(catalogue.along)), scale * width)
                 for form in rigid_forms(linear).values()
                 if form.constant[not linear] == key
             ]

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 
 from ...effects.along import Along
 from ...recording.runs import runs_of
+from ..diagnosis import FloatArray
 from .motion import Motion
 
 _SHORTEST_S = 0.5  # of a run of samples that an offset is told from
@@ -16,20 +18,22 @@ _SHORTEST_S = 0.5  # of a run of samples that an offset is told from
 def without_offsets(motion: Motion, along: Along) -> Motion:
     """The motion with its effort freed of offsets that begin at gaps, where a loop asks for it.
 
-    By regression on what any machine asks for; the first run keeps its own.
+    By regression on what any machine asks for; the first run of a recording keeps its own.
     """
     machine = along.machine
     if machine.actuation != "loop" or not machine.speed_ki:
         return motion
     runs = runs_of(motion.usable)
     runs = runs[runs[:, 1] - runs[:, 0] >= _SHORTEST_S * motion.rate_hz]
-    if runs.shape[0] < 2:
+    made = list[FloatArray]()
+    for part in motion.parts:
+        own = runs[(runs[:, 0] >= part.start) & (runs[:, 0] < part.stop), 0].tolist()
+        for begin, end in pairwise([*own[1:], part.stop]):
+            made.append(np.zeros(motion.time_s.size))
+            made[-1][begin:end] = 1.0
+    if not made:
         return motion
-    begins = [0, *runs[1:, 0].tolist()]
-    ends = [*begins[1:], motion.time_s.size]
-    steps = np.zeros((runs.shape[0] - 1, motion.time_s.size))
-    for row, begin, end in zip(steps, begins[1:], ends[1:], strict=True):
-        row[begin:end] = 1.0
+    steps = np.stack(made)
     smooth = along.smooth()
     columns = motion.filtered(np.concatenate([smooth, steps]))
     rows = motion.usable[motion.rows]

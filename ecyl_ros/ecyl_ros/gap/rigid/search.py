@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +13,7 @@ from scipy.signal import find_peaks
 
 from ...effects.along import Along
 from ...effects.term import Left, Term
-from ..diagnosis import FloatArray
+from ..diagnosis import BoolArray, FloatArray
 from .balance import Balance, Solution
 from .floor import Pairs, coherence, less_line, pairs
 from .lag import delay_of
@@ -63,12 +65,24 @@ def _nearest(balance: Balance, along: Along, term: Term, over_time: bool) -> flo
     at = motion.time_s[rows] if over_time else turn.angle[rows]
     best = term.rate * rate if over_time else math.tau * term.rate / rate
     wave, reach = np.exp(1j * term.phase[rows]), 0.3
+    parts = _parts(balance, balance.fitted)  # a sine of time begins anew in each recording
+
+    def alike(rate: float) -> float:
+        turn = np.exp(1j * rate * at)
+        return sum(abs(np.vdot(wave[one], turn[one])) for one in parts)
+
     for _ in range(3):
         tried = best * (1.0 + np.linspace(-reach, reach, 61))
-        powers = [abs(np.vdot(wave, np.exp(1j * w * at))) for w in tried]
-        powers += [abs(np.vdot(wave, np.exp(-1j * w * at))) for w in tried]
+        powers = [alike(w) for w in tried] + [alike(-w) for w in tried]
         best, reach = float(tried[int(np.argmax(powers)) % tried.size]), reach / 15.0
     return best / math.tau if over_time else best
+
+
+def _parts(balance: Balance, rows: BoolArray) -> list[slice]:
+    """Where, among `rows`, bool[m], each recording lies."""
+    of = balance.motion.recording[rows]
+    ends = np.cumsum(np.bincount(of)).tolist()
+    return [slice(a, b) for a, b in pairwise([0, *ends]) if b > a]
 
 
 def _power(
@@ -98,6 +112,23 @@ def _power(
         made[index] = (yc**2 * ss - 2.0 * yc * ys * cs + ys**2 * cc) / determinant
         wave = wave * turn
     return made / max(total, 1e-300)
+
+
+def _power_in(
+    values: FloatArray,
+    along: FloatArray,
+    rates: FloatArray,
+    weight: FloatArray,
+    parts: Sequence[slice],
+) -> FloatArray:
+    """The same of sines that have a phase and size of their own in each part of the values."""
+    if len(parts) == 1:
+        return _power(values, along, rates, weight)
+    made = np.zeros(rates.size)
+    for one in parts:
+        removed = _power(values[one], along[one], rates, weight[one])
+        made += removed * float(np.sum(values[one] ** 2))
+    return made / max(float(np.sum(values**2)), 1e-300)
 
 
 def _peaks(
@@ -185,14 +216,15 @@ def _frequencies(balance: Balance, along: Along, current: Solution, same: Pairs)
     """
     rows = np.flatnonzero(balance.fitted)
     time = balance.time_s[rows]
-    length = float(np.ptp(time))
+    parts = _parts(balance, balance.fitted)
+    length = max((float(np.ptp(time[one])) for one in parts), default=0.0)
     if not length > 0.0:
         return []
     values = current.residual[rows] - np.mean(current.residual[rows])
     lowest, highest = _LEAST_PERIODS / length, 0.9 * balance.motion.bandwidth_hz
     weight = np.ones(rows.size)
     found = [
-        _refined(values, time, math.tau * hertz, _FINE * math.tau / length, weight)
+        _refined(values, time, math.tau * hertz, _FINE * math.tau / length, weight, parts)
         for hertz in _lines(balance, rows, values, lowest, highest)
     ]
     asked = balance.motion.filtered(current.explained(balance.nominal))[rows]
@@ -201,7 +233,7 @@ def _frequencies(balance: Balance, along: Along, current: Solution, same: Pairs)
         hertz = rate / math.tau
         # A model errs by a share of what the motion asks: a line beyond all that it asks for there
         # is none of the motion's. It shakes the machine, and so shows in the motion itself.
-        shakes = _line(values, time, hertz) > _line(asked, time, hertz)
+        shakes = _line(values, time, hertz, parts) > _line(asked, time, hertz, parts)
         if _moves(balance, rows, time, rate, shakes):
             continue
         told = coherence(same, balance.time_s, hertz)
@@ -217,19 +249,22 @@ def _lines(
     balance: Balance, rows: NDArray[np.int64], values: FloatArray, lowest: float, highest: float
 ) -> list[float]:
     """Hz of the strongest peaks between two frequencies; values: float64 at `rows`."""
-    even = np.zeros(balance.time_s.size)
+    even, of = np.zeros(balance.time_s.size), balance.motion.recording
     even[rows] = values
-    size = next_fast_len(math.ceil(even.size / _FINE), real=True)
-    power = np.abs(np.fft.rfft(even, size)) ** 2 * 2.0 / rows.size
+    parts = [even[of == one] for one in range(len(balance.motion.parts))]
+    size = next_fast_len(math.ceil(max(one.size for one in parts) / _FINE), real=True)
+    power = np.sum([np.abs(np.fft.rfft(one, size)) ** 2 for one in parts], axis=0)
+    power = power * 2.0 / rows.size
     hertz = np.fft.rfftfreq(size, float(np.median(np.diff(balance.time_s))))
     inside = (hertz >= lowest) & (hertz <= highest)
     power, hertz = power[inside] / max(float(np.sum(values**2)), 1e-300), hertz[inside]
     return [float(hertz[one]) for one in _tops(power)]
 
 
-def _line(values: FloatArray, time: FloatArray, hertz: float) -> float:
-    """Size of a line."""
-    return float(np.std(values - less_line(values, time, hertz)))
+def _line(values: FloatArray, time: FloatArray, hertz: float, parts: Sequence[slice]) -> float:
+    """Size of a line, in a phase of its own in each part."""
+    lines = [values[one] - less_line(values[one], time[one], hertz) for one in parts]
+    return float(np.std(np.concatenate(lines)))
 
 
 def _moves(
@@ -241,7 +276,7 @@ def _moves(
     """
     motion = balance.motion
     at = motion.rows[rows]
-    weight = np.ones(rows.size)
+    weight, parts = np.ones(rows.size), _parts(balance, balance.fitted)
     judged = [motion.position[at], motion.velocity[at]]
     reference = motion.reference_position[at]
     if not shakes:
@@ -249,20 +284,25 @@ def _moves(
     elif np.isfinite(reference).all():  # what was asked for is not shaken
         judged = [reference]
     for values in judged:
-        share = _power(values - values.mean(), time, np.array([rate]), weight)
-        if float(share[0]) > _OWN_LINE:
+        power = _power_in(values - values.mean(), time, np.array([rate]), weight, parts)
+        if float(power[0]) > _OWN_LINE:
             return True
     return False
 
 
 def _refined(
-    values: FloatArray, along: FloatArray, rate: float, spacing: float, weight: FloatArray
+    values: FloatArray,
+    along: FloatArray,
+    rate: float,
+    spacing: float,
+    weight: FloatArray,
+    parts: Sequence[slice] = (slice(None),),
 ) -> float:
-    """The rate near `rate` that removes most."""
+    """The rate near `rate` that removes most; in each part in a phase of its own."""
     for width in (1.0, 0.2):
         around = rate + np.linspace(-width, width, 21) * spacing
         around = around[around > 0.0]
-        rate = float(around[int(np.argmax(_power(values, along, around, weight)))])
+        rate = float(around[int(np.argmax(_power_in(values, along, around, weight, parts)))])
     return rate
 
 

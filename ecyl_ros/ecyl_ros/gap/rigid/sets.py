@@ -136,7 +136,7 @@ class Sets:
         """With a free mean: a sine over part of its period has one, which must not decide."""
         if free_means(chosen) or "constant_load" in self.barred:
             return list(chosen)
-        return [*chosen, constant_load.term(self.catalogue.along)]
+        return [*chosen, self.catalogue.own(constant_load.term(self.catalogue.along))]
 
     def standing(self, current: Solution, chosen: Sequence[Term]) -> Standing:
         """Of a set whose fit is `current`."""

@@ -5,7 +5,7 @@ What each effect asks for stands in its own file (`effects`).
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from ...drive.rigid.packed import model_of
 from ...drive.rigid.units import Units
 from ...effects import load_inertia_error, torque_constant_error
 from ...effects.along import Along
+from ...effects.apart import apart
 from ...effects.catalogue import RIGID, rigid_forms
 from ...effects.term import Left, Term
 from ..diagnosis import FloatArray
@@ -23,10 +24,13 @@ _ROUNDS = 4  # a ripple's share of itself: a third of a third of a third is belo
 
 
 class Catalogue:
-    """The effects that act on effort, along one motion."""
+    """The effects that act on effort, along one motion.
 
-    def __init__(self, motion: Motion, machine: Machine) -> None:
-        self.motion, self.machine = motion, machine
+    differing: effects that are found for each recording by itself, where the motion is of several.
+    """
+
+    def __init__(self, motion: Motion, machine: Machine, differing: Collection[str] = ()) -> None:
+        self.motion, self.machine, self.differing = motion, machine, frozenset(differing)
         self.units = Units(motion.effort_unit, machine.linear)
         self.model = model_of(machine, self.units.own)
         self.along = Along(motion, machine, self.model, self.units)
@@ -54,6 +58,10 @@ class Catalogue:
             made = np.interp(motion.time_s + model.delay_s, motion.time_s, made)
         return made
 
+    def own(self, term: Term) -> Term:
+        """A term as it is sought: for each recording by itself where its effect differs."""
+        return apart(term, self.motion.parts) if term.effect in self.differing else term
+
     def unknown(self) -> list[Term]:
         """What the file leaves out and no balance can do without: the gain, the inertia."""
         along, found = self.along, list[Term]()
@@ -67,7 +75,9 @@ class Catalogue:
         """Every term that a set may be extended by, given what it leaves."""
         forms = rigid_forms(self.machine.linear).values()
         return [
-            form.term(self.along, *one) for form in forms for one in form.tried(self.along, left)
+            self.own(form.term(self.along, *one))
+            for form in forms
+            for one in form.tried(self.along, left)
         ]
 
     def untold(self, left: Left) -> list[Term]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -78,15 +79,16 @@ def _comes_and_goes(balance: Balance, solution: Solution, term: Term) -> bool:
     columns, values = balance.columns([term]), solution.of(term)
     target = solution.residual + columns @ values
     rows = np.flatnonzero(balance.usable)
-    size = float(np.hypot(*values))
+    size = math.hypot(*values) / math.sqrt(values.size / 2.0)  # a pair for each recording
     for part in np.array_split(rows, _PARTS):
-        inside = columns[part]
+        there = np.any(columns[part] != 0.0, axis=0)  # of the recordings that it is in
+        inside = columns[part][:, there]
         found, *_ = np.linalg.lstsq(inside, target[part], rcond=None)
         left = float(np.mean((target[part] - inside @ found) ** 2))
         # Neighbouring samples say the same thing: stretches count, not samples.
         pieces = max(np.unique(balance.stretch[part]).size, 2)
         spread = np.sqrt(2.0 * left / max(float(np.mean(inside**2)), 1e-300) / pieces)
-        off = float(np.hypot(*(found - values)))
+        off = math.hypot(*(found - values[there]))
         if off > _OTHER * size and off > _SURE * spread:
             return True
     return False

@@ -38,10 +38,14 @@ class Choice:
 
 
 class Given(NamedTuple):
-    """What a diagnosis sees of a case, beside the names it has to do without."""
+    """What a diagnosis sees of a case, beside the names it has to do without.
+
+    others: recordings of the same machine, to be diagnosed together with `recording`.
+    """
 
     recording: Recording
     drive: Sheet
+    others: tuple[Recording, ...] = ()
 
 
 class Drives(Protocol):
@@ -140,9 +144,13 @@ class RandomDrives(_Cylinders):
 
 @dataclass(frozen=True)
 class RigidDrives:
-    """Rigid drives of all kinds; `sheet`: standard deviation off their files, None as they come."""
+    """Rigid drives of all kinds; `sheet`: standard deviation off their files, None as they come.
+
+    several: how many recordings of each there are, and how long each is, s; None: one of 30 s.
+    """
 
     sheet: float | None = None
+    several: tuple[int, float] | None = None
     name: str = field(default="rigid", init=False)
     kinds: ClassVar[tuple[str, ...]] = rigid.KINDS
     effects: ClassVar[tuple[str, ...]] = tuple(FAULTS)
@@ -158,6 +166,7 @@ class RigidDrives:
             effects=choice.effects,
             without=choice.without,
             sheet=self.sheet,
+            several=self.several,
         )
 
     def complete(self, case: Case) -> Case:
@@ -166,8 +175,9 @@ class RigidDrives:
 
     def given(self, case: Case) -> Given:
         """See `Drives`."""
-        recording, drawn = rigid.record_case(case)
-        return Given(recording, replace(drawn.machine, tolerances=drawn.tolerances))
+        (first, *others), drawn = rigid.record_case(case)
+        machine = replace(drawn.machine, tolerances=drawn.tolerances)
+        return Given(first, machine, tuple(others))
 
 
 def draw_cases(

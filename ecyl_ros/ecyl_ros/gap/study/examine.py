@@ -13,11 +13,14 @@ from dataclasses import asdict, dataclass, field
 from functools import partial
 from typing import Any
 
+from ...errors import InputError
+from ...recording.signals import Recording
 from .case import Case
 from .drives import Drives
-from .subject import Subject
+from .subject import Sheet, Subject
 from .workers import WorkerDied, in_processes
 
+FIRST = "the first alone"  # of several recordings, as a baseline
 LIMIT_S = 600.0  # a diagnosis that takes longer counts as failed
 
 
@@ -81,14 +84,16 @@ class Outcome:
 def examine(case: Case, drives: Drives, subject: Subject, baselines: bool) -> Outcome:
     """Record the case and have it diagnosed; a diagnosis that raises is an outcome, too.
 
-    The subject sees the recording, the machine's sheet and what it must leave out, nothing else.
+    The subject sees the recording, the machine's sheet and what it must leave out, nothing else;
+    of a case of several recordings, all of them. The first alone is then a baseline.
     """
-    recording, drive = drives.given(case)
+    recording, drive, more = drives.given(case)
     said, error = None, None
     begin = time.perf_counter()
     try:
         with time_limit(LIMIT_S):
-            said = subject(recording, drive, frozenset(case.withheld))
+            every = (recording, *more) if more else recording
+            said = subject(every, drive, frozenset(case.withheld))
         said = json.loads(json.dumps(said, allow_nan=False))  # what cannot be written is no answer
         _check(said)
     except Exception as failure:  # whatever it is, it must not end the study
@@ -101,7 +106,20 @@ def examine(case: Case, drives: Drives, subject: Subject, baselines: bool) -> Ou
         begin = time.perf_counter()
         named = baseline(recording, drive)
         others[name] = {"named": named, "seconds": time.perf_counter() - begin}
+    if baselines and more:
+        begin = time.perf_counter()
+        named = _named_alone(recording, drive, subject, case)
+        others[FIRST] = {"named": named, "seconds": time.perf_counter() - begin}
     return Outcome(case.index, said, error, seconds, others)
+
+
+def _named_alone(recording: Recording, drive: Sheet, subject: Subject, case: Case) -> list[str]:
+    """What is named on the first of several recordings; nothing where it cannot be judged."""
+    try:
+        said = subject(recording, drive, frozenset(case.withheld))
+    except InputError:
+        return []
+    return [cause["effect"] for cause in said["causes"]]
 
 
 def _check(said: dict[str, Any]) -> None:

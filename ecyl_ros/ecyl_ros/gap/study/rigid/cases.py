@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import zlib
 from collections.abc import Iterator
 from dataclasses import replace
@@ -13,7 +14,7 @@ from ....errors import InputError
 from ....recording.signals import Recording
 from ...diagnosis import FloatArray
 from ..case import Case
-from .drawn import Drawn, draw_drive
+from .drawn import Drawn, draw_drive, moved_anew
 from .equations import Truth, run
 from .faults import Faulty, faults
 from .judgeable import SHOWS, standing
@@ -22,6 +23,7 @@ from .logger import record
 KINDS = ("single", "none", "withheld")
 SHARES = {"single": 0.6, "none": 0.25, "withheld": 0.15}
 SHEET_SD, SHEET_SHARE = 0.05, 0.6  # of the drives are off their sheet by so much, unless told
+RECORDINGS, SECONDS = "recordings", "seconds_each"  # facts of a case of several recordings
 _ATTEMPTS = 8  # at a drive that keeps to its reference
 _ASTRAY = 0.5  # of the travel: a drive that far from its reference has run away
 
@@ -42,6 +44,7 @@ def plan_cases(
     effects: tuple[str, ...] | None = None,
     without: tuple[str, ...] = (),
     sheet: float | None = None,
+    several: tuple[int, float] | None = None,
 ) -> list[Case]:
     """Cases without parameters: kinds in their shares, each fault equally often by output.
 
@@ -50,6 +53,7 @@ def plan_cases(
         kinds: of these alone. effects: cases of these faults alone, and without one.
         without: names that no diagnosis of the study is given; only withheld cases hold them.
         sheet: relative standard deviation of constants off the sheet; None: drawn by case.
+        several: how many recordings of each drive, and how long each is, s; None: one, as usual.
     """
     rng = np.random.default_rng([seed, count])
     usable = [kind for kind in KINDS if kind in kinds]
@@ -61,6 +65,7 @@ def plan_cases(
         barred = [name for name in named if not without or name in without]
         for withheld, names in ((False, given), (True, barred)):
             queues[linear, withheld] = _rounds(names, rng)
+    facts = {} if several is None else {RECORDINGS: several[0], SECONDS: several[1]}
     cases = []
     for index in range(count):
         linear = bool(rng.random() < 0.5)
@@ -87,7 +92,7 @@ def plan_cases(
                 withheld=tuple(sorted(hidden)),
                 drives="rigid",
                 sheet=off if sheet is None else sheet,
-                facts={"linear": linear},
+                facts={"linear": linear, **facts},
             )
         )
     return cases
@@ -99,15 +104,33 @@ def _rounds(names: list[str], rng: np.random.Generator) -> Iterator[str]:
         yield from (names[index] for index in rng.permutation(len(names)))
 
 
-def play(case: Case) -> Played:
-    """The drive of a case with its fault, moved; InputError where it does not keep to its way."""
+def play(case: Case) -> tuple[Played, ...]:
+    """The drive of a case with its fault, moved, once for each recording of it.
+
+    Raises:
+        InputError: it does not keep to its way.
+    """
     effect = next(iter(case.effects), None)
+    count, seconds = int(case.facts.get(RECORDINGS, 1)), case.facts.get(SECONDS)
     linear = bool(case.facts["linear"])
     drawn = draw_drive(case.seed, linear, effect, case.sheet)
     faulty = Faulty(drawn.truth, {})
     if effect is not None:
         rng = np.random.default_rng([case.seed, zlib.crc32(effect.encode())])
         faulty = faults(linear)[effect](drawn.truth, drawn.size, rng)
+    if seconds is None:
+        return (_moved(effect, drawn, faulty),)
+    found = []
+    for number in range(count):
+        anew = moved_anew(drawn, case.seed, number, float(seconds))
+        swing, rate, _ = faulty.truth.sine  # begins wherever it happens to be
+        phase = math.tau * np.random.default_rng([case.seed, 9, number]).random()
+        truth = faulty.truth._replace(sine=(swing, rate, phase))
+        found.append(_moved(effect, anew, faulty._replace(truth=truth)))
+    return tuple(found)
+
+
+def _moved(effect: str | None, drawn: Drawn, faulty: Faulty) -> Played:
     rows = run(
         faulty.truth,
         drawn.reference,
@@ -136,11 +159,11 @@ def complete_case(case: Case) -> Case:
     raise AssertionError("unreachable")
 
 
-def _labelled(case: Case, played: Played) -> Case:
-    drawn, faulty = played.drawn, played.faulty
+def _labelled(case: Case, every: tuple[Played, ...]) -> Case:
+    drawn, faulty, _ = every[0]
     gaps, nominal, unseen = {}, {}, []
     for effect in case.effects:
-        stands = standing(drawn, faulty.truth, effect, played.rows)
+        stands = max(standing(one.drawn, one.faulty.truth, effect, one.rows) for one in every)
         gaps[effect] = {"effort": stands}
         if stands < SHOWS:
             unseen.append(effect)
@@ -156,7 +179,7 @@ def _labelled(case: Case, played: Played) -> Case:
         nominal=nominal,
         unseen=tuple(unseen),
         also=_late(drawn),
-        facts={"linear": case.facts["linear"], **drawn.facts},
+        facts={**case.facts, **drawn.facts},
     )
 
 
@@ -174,17 +197,20 @@ def _late(drawn: Drawn) -> tuple[str, ...]:
     return ("actuation_delay",) if abs(drawn.logger.lag_samples) > 1.0 else ()
 
 
-def record_case(case: Case) -> tuple[Recording, Drawn]:
-    """The recording of a case's drive, and the drive."""
-    drawn, _, rows = play(case)
-    recording = record(
-        drawn.logger,
-        np.random.default_rng([case.seed, 7]),
-        linear=drawn.machine.linear,
-        effort_signal=drawn.effort_signal,
-        position=rows[:, 0],
-        speed=rows[:, 1],
-        effort=rows[:, 2],
-        reference=drawn.reference,
-    )
-    return recording, drawn
+def record_case(case: Case) -> tuple[tuple[Recording, ...], Drawn]:
+    """The recordings of a case's drive, and the drive."""
+    every = play(case)
+    found = [
+        record(
+            drawn.logger,
+            np.random.default_rng([case.seed, 7] + [number] * (number > 0)),
+            linear=drawn.machine.linear,
+            effort_signal=drawn.effort_signal,
+            position=rows[:, 0],
+            speed=rows[:, 1],
+            effort=rows[:, 2],
+            reference=drawn.reference,
+        )
+        for number, (drawn, _, rows) in enumerate(every)
+    ]
+    return tuple(found), every[0].drawn

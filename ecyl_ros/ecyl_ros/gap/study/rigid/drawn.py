@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -196,6 +196,31 @@ def draw_drive(seed: int, linear: bool, effect: str | None, sheet: float) -> Dra
             "lag_samples": logger.lag_samples,
             "frozen": float(sum(length for _, length in logger.frozen)),
         },
+    )
+
+
+def moved_anew(drawn: Drawn, seed: int, number: int, seconds: float) -> Drawn:
+    """The same drive in another, shorter recording: moved and disturbed otherwise.
+
+    number: of the recording, from 0. seconds: that it lasts. At the same speeds, so that forwards
+    alone it gets less far; about the same middle.
+    """
+    rng = np.random.default_rng([seed, 8, number])
+    moves, one_way, rests = rng.random() < 0.5, rng.random() < 0.2, rng.random() < 0.3
+    share = seconds / DURATION_S
+    reach = drawn.size.reach * (share if one_way else 1.0)
+    reference = draw_reference(
+        rng, reach, moves=bool(moves), one_way=bool(one_way), rests=bool(rests), seconds=seconds
+    )
+    reference = reference + drawn.size.middle - 0.5 * (reference.min() + reference.max())
+    coupled = float(np.sqrt(np.mean(drawn.coupling**2)))
+    frozen = tuple((begin * share, length * share) for begin, length in drawn.logger.frozen)
+    return replace(
+        drawn,
+        reference=reference,
+        coupling=_coupling(rng, reference.size, coupled) if coupled else np.zeros(reference.size),
+        noise=0.3 * drawn.resolution * rng.normal(size=reference.size),
+        logger=replace(drawn.logger, frozen=frozen),
     )
 
 

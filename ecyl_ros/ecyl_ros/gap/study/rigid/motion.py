@@ -14,14 +14,20 @@ LOOP_HZ = 1000.0
 
 
 def draw_reference(
-    rng: np.random.Generator, reach: float, *, moves: bool, one_way: bool, rests: bool
+    rng: np.random.Generator,
+    reach: float,
+    *,
+    moves: bool,
+    one_way: bool,
+    rests: bool,
+    seconds: float = DURATION_S,
 ) -> FloatArray:
     """float64[ticks] of position over `reach` in all, from rest.
 
     moves: from point to point instead of along sines. one_way: forwards alone. rests: it stands
-    still for half of the time.
+    still for half of the time. seconds: that it lasts.
     """
-    ticks = round(DURATION_S * LOOP_HZ)
+    ticks = round(seconds * LOOP_HZ)
     time = np.arange(ticks) / LOOP_HZ
     if one_way:
         speed = _one_way(rng, time, moves)

@@ -101,7 +101,10 @@ def baseline_figures(judged: Sequence[Judged]) -> dict[str, dict[str, Any]]:
         rows = [(c, o.baselines[name]["named"]) for c, o in judged if name in o.baselines]
 
         def share(right: Callable[[Case, Sequence[str]], bool], *kinds: str, rows=rows) -> Any:
-            verdicts = [right(case, named) for case, named in rows if case.kind in kinds]
+            asked = [row for row in rows if row[0].kind in kinds]
+            if "single" in kinds:  # as of the diagnosis
+                asked = [row for row in asked if row[0].judgeable]
+            verdicts = [right(case, named) for case, named in asked]
             return {"right": sum(verdicts), "count": len(verdicts)}
 
         report[name] = {
@@ -118,8 +121,14 @@ def baseline_figures(judged: Sequence[Judged]) -> dict[str, dict[str, Any]]:
             "seconds": float(
                 np.median([o.baselines[name]["seconds"] for _, o in judged if o.baselines])
             ),
+            "times": float(np.median([_times(o, name) for _, o in judged if o.baselines])),
         }
     return report
+
+
+def _times(outcome: Outcome, name: str) -> float:
+    """Times as long as a baseline that the diagnosis took."""
+    return outcome.seconds / max(outcome.baselines[name]["seconds"], 1e-9)
 
 
 def report(cases: Sequence[Case], outcomes: Sequence[Outcome]) -> dict[str, Any]:

@@ -105,7 +105,8 @@ def _baseline_rows(product: Sequence[Figure], baselines: dict[str, dict[str, Any
         most = list(baselines[name]["named_first"].items())[:4]
         lines.append(
             f"{name}: {baselines[name]['names_per_case']:.1f} names per case, "
-            f"{baselines[name]['seconds']:.0f} s; first most often "
+            f"{baselines[name]['seconds']:.0f} s, the diagnosis {baselines[name]['times']:.1f} "
+            "times as long; first most often "
             + ", ".join(f"{effect} {count}" for effect, count in most)
         )
     return lines

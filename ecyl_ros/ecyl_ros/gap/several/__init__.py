@@ -1,0 +1,1 @@
+"""Several recordings of one machine: one set of causes, one sheet."""

@@ -1,0 +1,72 @@
+"""`diagnose_together`: recordings of one machine in, one set of causes and one sheet out."""
+
+from __future__ import annotations
+
+import dataclasses
+import time
+from collections.abc import Callable, Collection, Sequence
+
+from ...drive.parameters import DriveParameters
+from ...drive.rigid.machine import Machine
+from ...errors import InputError
+from ...recording.signals import Recording
+from ..diagnose import check_input
+from ..diagnosis import Diagnosis
+from .rigid import diagnose_rigid_together
+
+
+def check_together(drive: DriveParameters | Machine, drive_name: str) -> Machine:
+    """The drive, if it is of a kind of which several recordings can be diagnosed together.
+
+    Raises:
+        InputError: it is not.
+    """
+    if isinstance(drive, Machine) and drive.kind == "rigid":
+        return drive
+    kind = "follower" if isinstance(drive, Machine) else "full cylinder"
+    raise InputError(
+        f"{drive_name}: a {kind} is judged one recording at a time; expected a drive of kind "
+        "rigid for several recordings together, or --each and a folder"
+    )
+
+
+def diagnose_together(
+    recordings: Sequence[Recording],
+    drive: DriveParameters | Machine,
+    *,
+    without: Collection[str] = (),
+    mode: float | None = None,
+    sources: Sequence[str],
+    drive_name: str = "drive",
+    progress: Callable[[float], None] | None = None,
+) -> Diagnosis:
+    """Diagnose the gap between several recordings of one machine and the nominal model.
+
+    Args:
+        recordings: two or more, of the real drive; each begins anew, with a noise of its own.
+        drive: the nominal model, as far as it is known.
+        without: effects that the diagnosis must do without.
+        mode: judge only the samples whose recorded mode has this value.
+        sources: what messages call the recordings. drive_name: and the drive.
+        progress: called now and then with the share done, 0 to 1.
+
+    Raises:
+        InputError: as `diagnose` does; a signal that one recording lacks, recordings of different
+            machines, a kind of drive that is judged one recording at a time.
+    """
+    begin = time.perf_counter()
+    tell = progress or (lambda share: None)
+    machine = check_together(drive, drive_name)
+    for one, source in zip(recordings, sources, strict=True):
+        check_input(one, machine, without, source)
+    result = diagnose_rigid_together(
+        recordings,
+        machine,
+        without=without,
+        mode=mode,
+        sources=sources,
+        drive_name=drive_name,
+        tell=tell,
+    )
+    tell(1.0)
+    return dataclasses.replace(result, seconds=time.perf_counter() - begin)
