@@ -16,10 +16,12 @@ from rclpy.clock import Clock, ClockType
 from rclpy.publisher import Publisher
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64, Header
+from trajectory_msgs.msg import JointTrajectory
 
 from ..drive.parameters import DriveParameters
 from ..drive.reference.setpoint import SetpointFollower
 from ..drive.reference.spec import make_reference
+from ..drive.reference.trajectory import Point
 from ..drive.telemetry import NANOSECONDS, tick_stamp_ns
 from ..errors import InputError
 from . import wire
@@ -35,7 +37,7 @@ CHECKED_S = 60.0  # how much of an endless reference is checked against stroke a
 
 
 class ReferenceGenerator(DriveNode):
-    """Publishes the reference of a SPEC, or follows `ecyl/setpoint`."""
+    """Publishes the reference of a SPEC, or follows `ecyl/setpoint` and `ecyl/trajectory`."""
 
     live = ("limits.",)
 
@@ -99,6 +101,7 @@ class ReferenceGenerator(DriveNode):
         )
         if self._follower:
             self.create_subscription(Float64, wire.SETPOINT, self._on_setpoint, 64)
+            self.create_subscription(JointTrajectory, wire.TRAJECTORY, self._on_trajectory, 4)
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         self.create_timer(1.0, self._publish_diagnostics, clock=steady)
         self._last_reason = ""
@@ -182,14 +185,21 @@ class ReferenceGenerator(DriveNode):
         elapsed_s = (self.get_clock().now().nanoseconds - self._epoch_ns) / NANOSECONDS
         return max(self._plant_sample, math.floor(elapsed_s * self.drive.sample_rate))
 
+    def _stood(self, now: int) -> tuple[int, Any]:
+        """The last sample until `now` that was said, and where the follower stood then."""
+        kept = [entry for entry in self._ahead if entry[0] <= now]
+        if kept:
+            return kept[-1][0], kept[-1][3]
+        if self._ahead:
+            return self._ahead[0][0] - 1, self._before
+        return self._next - 1, self._reference.state
+
     def _say_anew(self, now: int) -> None:
-        """Take back what was said of the samples after `now`, and say it for the new setpoint."""
-        state = self._before
+        """Take back what was said of the samples after `now`, and say it for what was accepted."""
         kept = [entry for entry in self._ahead if entry[0] <= now]
         if len(kept) == len(self._ahead):
             return  # nothing said of what is to come
-        if kept:
-            state = kept[-1][3]
+        _, state = self._stood(now)
         if state is None:
             return  # not a sample has been: what was said begins with the rod at rest
         self._next = self._ahead[len(kept)][0]
@@ -200,13 +210,37 @@ class ReferenceGenerator(DriveNode):
     def _on_setpoint(self, message: Float64) -> None:
         now = self._sample_now()
         reason = self._reference.offer(message.data, now / self.drive.sample_rate)
+        self._taken(now, reason, self._reference.refused)
+
+    def _on_trajectory(self, message: JointTrajectory) -> None:
+        now = self._sample_now()
+        last, state = self._stood(now)
+        if state is None:  # before the first sample: the rod rests
+            last, state = 0, self._reference.state
+        now_s = max(last, 0) / self.drive.sample_rate
+        stamp_ns = wire.to_ns(message.header.stamp)
+        begin_s = now_s  # without a stamp: at once
+        if stamp_ns:
+            begin_s = (stamp_ns - (self._epoch_ns or 0)) / NANOSECONDS
+        try:
+            points = _points(message)
+        except ValueError as error:
+            self._reference.trajectories_refused += 1
+            reason = str(error)
+        else:
+            reason = self._reference.offer_trajectory(points, state, now_s, begin_s)
+        self._taken(now, reason, self._reference.trajectories_refused)
+
+    def _taken(self, now: int, reason: str | None, refused: int) -> None:
+        """Follow what was accepted at sample `now`; or say why it was not."""
         if reason is None:
             self._say_anew(now)
-        else:
-            self._last_reason = reason
-            self.get_logger().warning(
-                f"refused ({self._reference.refused} so far): {reason}", throttle_duration_sec=1.0
-            )
+            return
+        self._last_reason = reason
+        self.get_logger().warning(
+            f"refused ({refused} so far): {reason}", throttle_duration_sec=1.0
+        )
+        self._publish_diagnostics()
 
     def _publish_diagnostics(self) -> None:
         if not isinstance(self._reference, SetpointFollower):
@@ -215,9 +249,12 @@ class ReferenceGenerator(DriveNode):
         values = {
             "setpoints_accepted": str(follower.accepted),
             "setpoints_refused": str(follower.refused),
+            "trajectories_accepted": str(follower.trajectories_accepted),
+            "trajectories_refused": str(follower.trajectories_refused),
             "last_refusal": self._last_reason,
         }
-        level = DiagnosticStatus.WARN if follower.refused else DiagnosticStatus.OK
+        refused = follower.refused + follower.trajectories_refused
+        level = DiagnosticStatus.WARN if refused else DiagnosticStatus.OK
         self.report(level, "reference setpoints", self._last_reason or "following", values)
 
     def waiting_for(self) -> str | None:
@@ -233,6 +270,32 @@ class ReferenceGenerator(DriveNode):
         """Changed limits hold for setpoints from now on."""
         if isinstance(self._reference, SetpointFollower):
             self._reference.change_limits(drive.limits)
+
+
+def _points(message: JointTrajectory) -> list[Point]:
+    """The rod's points, none to come to rest; ValueError says what was expected instead."""
+    if not message.points and not message.joint_names:
+        return []
+    if list(message.joint_names) != [wire.ROD]:
+        raise ValueError(
+            f"trajectory of joints {list(message.joint_names)}, expected ['{wire.ROD}']"
+        )
+    found = []
+    for number, one in enumerate(message.points, start=1):
+        for name in ("positions", "velocities", "accelerations"):
+            count = len(getattr(one, name))
+            if count > 1 or (name == "positions" and count == 0):
+                raise ValueError(f"trajectory point {number}: {count} {name}, expected 1")
+        time = one.time_from_start
+        found.append(
+            Point(
+                time.sec + 1e-9 * time.nanosec,
+                one.positions[0],
+                one.velocities[0] if one.velocities else None,
+                one.accelerations[0] if one.accelerations else None,
+            )
+        )
+    return found
 
 
 def main(args: list[str] | None = None) -> int:
