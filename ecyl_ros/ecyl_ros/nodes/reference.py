@@ -33,6 +33,7 @@ from .run_node import run_node
 # that it acts at once; this many samples bridge a moment in which the machine is busy.
 SETPOINT_LOOKAHEAD = 16
 GENERATED_LOOKAHEAD = 128
+START_S = 0.05  # real time: from a trajectory's coming, with the drive at rest, to its beginning
 CHECKED_S = 60.0  # how much of an endless reference is checked against stroke and speed
 
 
@@ -147,18 +148,26 @@ class ReferenceGenerator(DriveNode):
         if sample < self._plant_sample:
             return  # a message of the run before
         self._plant_sample = sample
-        if self._next < sample:  # joined a run that has gone on without us
-            self.get_logger().info(f"joining the run at sample {sample}")
-            self.skipped += sample - self._next
-            self._next = sample
-            self._ahead.clear()
-            self._before = None
-            if isinstance(self._reference, SetpointFollower):
+        if self._next < sample:
+            self._go_on_at(sample)
+        self._publish_ahead()
+        self._publish_telemetry(stamp_ns)
+
+    def _go_on_at(self, sample: int) -> None:
+        """Leave out samples that are over: the run went on before we came, or while we waited."""
+        self.skipped += sample - self._next
+        if isinstance(self._reference, SetpointFollower):
+            if self._next == 0:
+                self.get_logger().info(f"joining the run at sample {sample}")
                 self._reference = SetpointFollower(
                     self.drive.limits, 1.0 / self.drive.sample_rate, self._rod_position
                 )
-        self._publish_ahead()
-        self._publish_telemetry(stamp_ns)
+            else:  # what is followed goes on where it would be by now
+                for index in range(self._next, sample):
+                    self._reference.sample(index / self.drive.sample_rate)
+        self._next = sample
+        self._ahead.clear()
+        self._before = None
 
     def _publish_ahead(self) -> None:
         if self._publisher is None or self._epoch_ns is None:
@@ -210,32 +219,39 @@ class ReferenceGenerator(DriveNode):
     def _on_setpoint(self, message: Float64) -> None:
         now = self._sample_now()
         reason = self._reference.offer(message.data, now / self.drive.sample_rate)
-        self._taken(now, reason, self._reference.refused)
+        if reason is None:
+            self._say_anew(now)
+        else:
+            self._warn(reason, self._reference.refused)
 
     def _on_trajectory(self, message: JointTrajectory) -> None:
         now = self._sample_now()
-        last, state = self._stood(now)
-        if state is None:  # before the first sample: the rod rests
-            last, state = 0, self._reference.state
-        now_s = max(last, 0) / self.drive.sample_rate
-        stamp_ns = wire.to_ns(message.header.stamp)
-        begin_s = now_s  # without a stamp: at once
-        if stamp_ns:
-            begin_s = (stamp_ns - (self._epoch_ns or 0)) / NANOSECONDS
         try:
             points = _points(message)
         except ValueError as error:
             self._reference.trajectories_refused += 1
-            reason = str(error)
-        else:
-            reason = self._reference.offer_trajectory(points, state, now_s, begin_s)
-        self._taken(now, reason, self._reference.trajectories_refused)
-
-    def _taken(self, now: int, reason: str | None, refused: int) -> None:
-        """Follow what was accepted at sample `now`; or say why it was not."""
-        if reason is None:
+            self._warn(str(error), self._reference.trajectories_refused)
+            return
+        if not points:  # to come to rest brooks no delay
+            last, state = self._stood(now)
+            now_s = now / self.drive.sample_rate
+            self._reference.offer_trajectory([], state or self._reference.state, now_s, now_s)
             self._say_anew(now)
             return
+        # What has been said stays: to lay splines and check them takes a moment.
+        last, state = max(self._next - 1, 0), self._reference.state
+        if self._realtime and state[1:] == (0.0, 0.0):
+            last = max(last, now + math.ceil(START_S * self.drive.sample_rate))
+        begin_s = last_s = last / self.drive.sample_rate
+        stamp_ns = wire.to_ns(message.header.stamp)
+        if stamp_ns:
+            begin_s = (stamp_ns - (self._epoch_ns or 0)) / NANOSECONDS
+        reason = self._reference.offer_trajectory(points, state, last_s, begin_s)
+        if reason is not None:
+            self._warn(reason, self._reference.trajectories_refused)
+
+    def _warn(self, reason: str, refused: int) -> None:
+        """Say why something was refused, here and on diagnostics."""
         self._last_reason = reason
         self.get_logger().warning(
             f"refused ({refused} so far): {reason}", throttle_duration_sec=1.0
@@ -275,7 +291,7 @@ class ReferenceGenerator(DriveNode):
 def _points(message: JointTrajectory) -> list[Point]:
     """The rod's points, none to come to rest; ValueError says what was expected instead."""
     if not message.points and not message.joint_names:
-        return []
+        return []  # names none, either
     if list(message.joint_names) != [wire.ROD]:
         raise ValueError(
             f"trajectory of joints {list(message.joint_names)}, expected ['{wire.ROD}']"

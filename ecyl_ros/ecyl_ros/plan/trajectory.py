@@ -17,21 +17,16 @@ _NANO = 1_000_000_000
 
 def trajectory(motion: Planned, joint: str) -> dict[str, Any]:
     """The message's fields as plain data: positions m, velocities m/s, accelerations m/s^2."""
-    times = motion.switches()
-    times = [*(time for time in times if time < motion.duration_s), motion.duration_s]
-    stamps = [round(time * _NANO) for time in times]
-    seconds = [stamp / _NANO for stamp in stamps]
     points = []
-    for stamp, time, faster in zip(
-        stamps, seconds, motion.accelerations(seconds).tolist(), strict=True
-    ):
-        position, velocity = motion.sample(time)
+    for one in motion.points():
+        assert one.velocity is not None and one.acceleration is not None  # a motion has both
+        second, nanosecond = divmod(round(one.time_s * _NANO), _NANO)
         points.append(
             {
-                "positions": [round(position, 15)],
-                "velocities": [round(velocity, 12)],
-                "accelerations": [round(faster, 9)],
-                "time_from_start": {"sec": stamp // _NANO, "nanosec": stamp % _NANO},
+                "positions": [round(one.position, 15)],
+                "velocities": [round(one.velocity, 12)],
+                "accelerations": [round(one.acceleration, 9)],
+                "time_from_start": {"sec": second, "nanosec": nanosecond},
             }
         )
     return {"joint_names": [joint], "points": points}

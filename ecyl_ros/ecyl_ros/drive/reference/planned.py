@@ -27,6 +27,7 @@ from ruckig import Trajectory
 from ...errors import InputError
 from ..parameters import LimitParameters
 from .moves import plan_move
+from .trajectory import Point
 
 SCHEMA = "ecyl.motion/1"
 SUFFIXES = (".yaml", ".yml")
@@ -102,6 +103,16 @@ class Planned:
                 if time > found[-1] + _SHORTEST_S:
                     found.append(time)
         return found
+
+    def points(self) -> list[Point]:
+        """What splines through points turn into this motion, to `duration_s` at rest."""
+        times = [*(time for time in self.switches() if time < self.duration_s), self.duration_s]
+        seconds = [round(time * 1e9) * 1e-9 for time in times]
+        faster = self.accelerations(seconds).tolist()
+        return [
+            Point(time, *self.sample(time), acceleration)
+            for time, acceleration in zip(seconds, faster, strict=True)
+        ]
 
     def check(self, limits: LimitParameters, source: str) -> None:
         """Refuse a motion that asks a drive for more than its limits; InputError names the leg."""

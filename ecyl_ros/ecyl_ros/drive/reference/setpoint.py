@@ -77,7 +77,7 @@ class SetpointFollower:
     def offer_trajectory(
         self, points: Sequence[Point], state: State, now_s: float, begin_s: float
     ) -> str | None:
-        """Take a trajectory that goes on from `state` at `now_s`; why it is refused, or None.
+        """Take a trajectory that leaves `state` at `now_s`; returns why it is refused, or None.
 
         points: their times count from `begin_s`; none: come to rest, now, within the limits. What
         was followed before it ends here. Every sample has to keep stroke, speed and acceleration.
