@@ -40,7 +40,8 @@ class Hearing:
     names.
 
     Attributes:
-        heard: wall time (monotonic) of the last message, by key. keys: of a sample, once settled.
+        heard, heard_first: wall time (monotonic) of the last and first message, by key.
+        keys: of a sample, once settled.
         writer: of the recording, while there is one.
     """
 
@@ -53,6 +54,7 @@ class Hearing:
     ) -> None:
         """names: topic names by key, where they are others. on_flaw: takes what a message lacks."""
         self.heard: dict[str, float] = {}
+        self.heard_first: dict[str, float] = {}
         self.keys: tuple[str, ...] = ()
         self.writer: RecordingWriter | None = None
         self._node, self._on_sample, self._on_flaw = node, on_sample, on_flaw
@@ -65,19 +67,38 @@ class Hearing:
             "current": Incoming(Vector3Stamped, "vector.y"),
         }
         self._values: dict[str, list[float]] = {}
-        for key, topic in _TOPICS.items():
-            name = telemetry_name(key, names)
-            kind: Any = _CLASSES.get(topic.type, Vector3Stamped)
-            node.create_subscription(
-                kind, name, partial(self._on_message, key), self._quality(name), raw=True
-            )
+        # Nothing is lost of a reliable topic; `waits_for` settles for what comes of others.
+        self._subscriptions = {key: self._subscribe(key, wire.lossless()) for key in _TOPICS}
+        self._settled: set[str] = set()
 
-    def _quality(self, name: str) -> QoSProfile:
-        """As the drive sends: nothing is lost of a reliable topic, of others what comes."""
-        there = self._node.get_publishers_info_by_topic(self._node.resolve_topic_name(name))
-        if any(one.qos_profile.reliability == ReliabilityPolicy.BEST_EFFORT for one in there):
-            return QoSProfile(depth=1000, reliability=ReliabilityPolicy.BEST_EFFORT)
-        return wire.lossless()
+    def _subscribe(self, key: str, quality: QoSProfile) -> Any:
+        kind: Any = _CLASSES.get(_TOPICS[key].type, Vector3Stamped)
+        name = telemetry_name(key, self._names)
+        hear = partial(self._on_message, key)
+        return self._node.create_subscription(kind, name, hear, quality, raw=True)
+
+    def waits_for(self) -> str | None:
+        """A topic that somebody publishes and that has not been heard yet; None if all were.
+
+        Of a publisher that sends best effort, a reliable subscription hears nothing.
+        """
+        waiting = None
+        for key in _TOPICS:
+            if key in self.heard:
+                continue
+            name = self._node.resolve_topic_name(telemetry_name(key, self._names))
+            there = self._node.get_publishers_info_by_topic(name)
+            loose = [
+                one for one in there if one.qos_profile.reliability == ReliabilityPolicy.BEST_EFFORT
+            ]
+            if loose and key not in self._settled:
+                self._settled.add(key)
+                self._node.destroy_subscription(self._subscriptions[key])
+                quality = QoSProfile(depth=1000, reliability=ReliabilityPolicy.BEST_EFFORT)
+                self._subscriptions[key] = self._subscribe(key, quality)
+            if there or key in NEEDED:
+                waiting = key
+        return waiting
 
     @property
     def begun(self) -> bool:
@@ -111,6 +132,7 @@ class Hearing:
 
     def _on_message(self, key: str, data: bytes) -> None:
         self.heard[key] = time.monotonic()
+        self.heard_first.setdefault(key, self.heard[key])
         if self._sequencer is None or key not in self.keys:
             return
         data = bytes(data)

@@ -7,6 +7,7 @@ was recorded is kept.
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -32,7 +33,7 @@ from .hearing import NEEDED, Hearing, telemetry_name
 TOPIC_OF = {"trajectory": wire.TRAJECTORY, "setpoint": wire.SETPOINT}  # in the order of preference
 
 TICK_S = 0.05  # wall: how often silence is looked for
-GATHER_S = 0.5  # wall, from the beginning: for topics that come later than others
+GATHER_S = 1.0  # wall, once the drive is heard: for topics that are discovered later
 CONNECT_S = 20.0  # wall, for the drive to be heard and to hear
 STATUS_S = 1.5  # wall, for a status of what it has refused so far; they come once a second
 REST_S = 0.3  # of the drive's time, at rest before and after
@@ -178,9 +179,12 @@ class Player:
         follow = self._task.follow
         wanted = tuple(TOPIC_OF) if follow == "auto" else (follow,)
         hears = [key for key in wanted if self._publishers[key].get_subscription_count() > 0]
+        waiting = self._hearing.waits_for()
         lacking = [key for key in NEEDED if key not in self._hearing.heard]
         waited = time.monotonic() - self._began
-        if hears and not lacking and waited > GATHER_S:
+        first = max(self._hearing.heard_first.get(key, math.inf) for key in NEEDED)
+        gathered = time.monotonic() - first > GATHER_S
+        if hears and not lacking and ((gathered and waiting is None) or waited > CONNECT_S):
             self._follows = hears[0]
             self._hearing.begin()
             self._began = time.monotonic()
