@@ -70,6 +70,7 @@ class ReferenceGenerator(DriveNode):
         self._plant_sample = 0
         self._rod_position = 0.0
 
+        self._leads = False  # whether a sample of ours was said when its time had come
         self.skipped = 0  # real time: samples over before they could be said
         # Said to the controller, not yet as telemetry: index, stamp, message, and where a follower
         # stood then.
@@ -157,7 +158,7 @@ class ReferenceGenerator(DriveNode):
         """Leave out samples that are over: the run went on before we came, or while we waited."""
         self.skipped += sample - self._next
         if isinstance(self._reference, SetpointFollower):
-            if self._next == 0:
+            if not self._leads:
                 self.get_logger().info(f"joining the run at sample {sample}")
                 self._reference = SetpointFollower(
                     self.drive.limits, 1.0 / self.drive.sample_rate, self._rod_position
@@ -185,6 +186,7 @@ class ReferenceGenerator(DriveNode):
         """Say the samples whose time has come."""
         while self._ahead and self._ahead[0][1] <= stamp_ns:
             _, _, message, self._before = self._ahead.popleft()
+            self._leads = True
             self._telemetry.publish(message)
 
     def _sample_now(self) -> int:
