@@ -1,12 +1,22 @@
 """Launch the drive: plant, controller, reference and analyser; a recorder if `out` is given; the
-gap monitor beside them with `monitor:=true`."""
+gap monitor beside them with `monitor:=true`.
+
+Two drives at once: launch it twice, each with a `namespace` of its own.
+"""
 
 from launch.actions import OpaqueFunction, RegisterEventHandler
 from launch.conditions import IfCondition
 from launch.event_handlers import OnProcessExit
 from launch.substitutions import LaunchConfiguration, PythonExpression
 
-from ecyl_ros.nodes.launch_parts import check, drive_arguments, drive_node, ended, value
+from ecyl_ros.nodes.launch_parts import (
+    check,
+    drive_arguments,
+    drive_node,
+    ended,
+    rate_parameter,
+    value,
+)
 from launch import LaunchDescription
 
 
@@ -16,17 +26,26 @@ def generate_launch_description() -> LaunchDescription:
         reference=("sine:amplitude=5e-3,frequency=0.5", "reference SPEC, or setpoint"),
         duration=("0.0", "seconds to run; 0: until stopped"),
         realtime=("false", "pace by the wall clock instead of in lockstep"),
+        rate=("", "control rate, Hz, instead of the drive file's"),
         out=("", "recording to write; nothing is recorded without it"),
         monitor=("false", "run the nominal model of the drive file beside the drive"),
     )
-    timed = {"realtime": value("realtime", bool), "duration": value("duration", float)}
+    return LaunchDescription(
+        [*arguments, OpaqueFunction(function=check), OpaqueFunction(function=_graph)]
+    )
+
+
+def _graph(context):
+    """The nodes, once the arguments are known."""
+    common = {"realtime": value("realtime", bool)} | rate_parameter(context)
+    timed = common | {"duration": value("duration", float)}
     own = {
         "plant": timed,
-        "controller": {"realtime": value("realtime", bool)},
+        "controller": common,
         "reference": timed | {"reference": value("reference", str)},
-        "analyser": {"realtime": value("realtime", bool)},
+        "analyser": common,
         "recorder": timed | {"out": value("out", str)},
-        "gap_monitor": {"realtime": value("realtime", bool)},
+        "gap_monitor": common,
     }
     recording = PythonExpression(["'", LaunchConfiguration("out"), "' != ''"])
     conditions = {
@@ -41,4 +60,4 @@ def generate_launch_description() -> LaunchDescription:
         RegisterEventHandler(OnProcessExit(target_action=nodes[name], on_exit=ended(name)))
         for name in ("plant", "controller", "reference", "recorder")
     ]
-    return LaunchDescription([*arguments, *ends, OpaqueFunction(function=check), *nodes.values()])
+    return [*ends, *nodes.values()]

@@ -21,6 +21,7 @@ VERBS = {
     "simulate": "the same run on the engine alone, without a graph",
     "analyse": "tracking figures, spectrum and IMFs of a recording",
     "plan": "the motion that tells what is still open, with what it would show",
+    "investigate": "motions on a drive, planned and diagnosed until its gap is decided",
     "replay": "publish a recording again with its own timing",
     "mend": "close a recording whose recorder was killed",
     "inspect": "what a recording holds: topics, rates, gaps, clocks, ranges, a proposed map",

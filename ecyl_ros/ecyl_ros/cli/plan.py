@@ -69,6 +69,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--plots", type=Path, metavar="DIR", help="write pictures of motion and predictions"
     )
     parser.add_argument("--json", type=Path, metavar="OUT", help="write the predictions as JSON")
+    add_limits(parser)
+    add_overwrite(parser)
+
+
+def add_limits(parser: argparse.ArgumentParser | argparse._ArgumentGroup) -> None:
+    """Declare the flags that tighten the drive's limits; `limited` applies them."""
     for name in _LIMITS:
         parser.add_argument(
             f"--{name.replace('_', '-')}",
@@ -76,7 +82,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
             metavar="X",
             help=f"tighter than limits.{name} of the drive file, SI",
         )
-    add_overwrite(parser)
 
 
 def run(options: argparse.Namespace) -> int:
@@ -104,7 +109,7 @@ def run(options: argparse.Namespace) -> int:
         overwrite=options.overwrite,
         suffixes={"--out": ".yaml", "--write-trajectory": ".yaml"},
     )
-    drive = _drive(options, path)
+    drive = limited(options, path)
     check_stability(drive, str(path))
     pairs, alone, known, signals, why = _asked(options, drive, str(path))
     check_noise(drive, signals, str(path))
@@ -134,8 +139,12 @@ def run(options: argparse.Namespace) -> int:
     return 0
 
 
-def _drive(options: argparse.Namespace, path: Path) -> DriveParameters:
-    """The drive with the limits that the motion is to keep."""
+def limited(options: argparse.Namespace, path: Path) -> DriveParameters:
+    """The drive of a file with the limits that a motion is to keep.
+
+    Raises:
+        InputError: not a full cylinder, or a limit that is no tighter than the file's.
+    """
     from ..drive.model_file import load_model
     from ..drive.parameters import DriveParameters
 

@@ -78,7 +78,7 @@ class Run:
 
 def checked_run(options: argparse.Namespace) -> Run:
     """Check everything that can be checked before a node is started; raises InputError."""
-    from ..drive.drive_file import drive_from_flat, drive_to_flat, load_drive, resolve_drive
+    from ..drive.drive_file import load_drive, resolve_drive, with_rate
     from ..drive.reference.planned import Planned
     from ..drive.reference.recorded import Recorded
     from ..drive.reference.spec import make_reference
@@ -94,11 +94,7 @@ def checked_run(options: argparse.Namespace) -> Run:
     if out.exists() and not options.overwrite:
         raise InputError(f"--out {out}: exists; expected a new name, or --overwrite")
     path = resolve_drive(options.drive)
-    drive = load_drive(path)
-    if options.rate is not None:
-        drive = drive_from_flat(
-            drive_to_flat(drive) | {"controller.rate": options.rate}, f"{path} with --rate"
-        )
+    drive = with_rate(load_drive(path), options.rate, f"{path} with --rate")
     check_stability(drive, str(path))
     reference = make_reference(options.reference, drive, duration or 60.0)
     if duration is None and isinstance(reference, Recorded | Planned):

@@ -280,6 +280,13 @@ def load_drive(name: str | os.PathLike[str]) -> DriveParameters:
     return drive_from_flat(read_parameter_file(path), str(path))
 
 
+def with_rate(drive: DriveParameters, rate: float | None, source: str) -> DriveParameters:
+    """The drive at another control rate, Hz, if one is given; InputError as `drive_from_flat`."""
+    if rate is None:
+        return drive
+    return drive_from_flat(drive_to_flat(drive) | {"controller.rate": rate}, source)
+
+
 def drive_to_flat(drive: DriveParameters) -> dict[str, Any]:
     """Flat dotted parameters of `drive`, every key, in file order; tuples become lists.
 

@@ -16,7 +16,7 @@ from . import wire
 from .drive_node import DriveNode
 from .run_node import run_node
 
-PLANT_STATUS = "ecyl/plant timing"
+PLANT_STATUS = "plant timing"
 # Values of the plant's timing status that are repeated beside the tracking figures.
 TIMING_KEYS = (
     "missed_ticks",
@@ -56,6 +56,7 @@ class Analyser(DriveNode):
         self.create_subscription(
             JointState, wire.JOINT_STATES, self._on_joint_states, wire.lossless()
         )
+        self._plant_status = self.status_name(PLANT_STATUS)
         self.create_subscription(DiagnosticArray, wire.DIAGNOSTICS, self._on_diagnostics, 10)
         self.create_timer(1.0, self._publish_figures, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
@@ -116,7 +117,7 @@ class Analyser(DriveNode):
 
     def _on_diagnostics(self, message: DiagnosticArray) -> None:
         for status in message.status:
-            if status.name == PLANT_STATUS:
+            if status.name == self._plant_status:
                 values = {item.key: item.value for item in status.values}
                 self._timing = {key: values[key] for key in TIMING_KEYS if key in values}
 

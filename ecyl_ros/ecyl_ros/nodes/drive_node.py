@@ -205,13 +205,17 @@ class DriveNode(Node):
             self._reported = silent
             self._report_partner(f"waiting for {partner}", {"silent_s": f"{silent:.3g}"})
 
+    def status_name(self, subject: str) -> str:
+        """What a status of this drive is called, by its namespace among several drives."""
+        return f"{self.get_namespace()}/ecyl/{subject}".lstrip("/")
+
     def report(
         self, level: bytes, subject: str, message: str, values: Mapping[str, str] | None = None
     ) -> None:
         """Publish a status of this node on `/diagnostics`; subject: what the status is about."""
         status = DiagnosticStatus(
             level=level,
-            name=f"ecyl/{subject}",
+            name=self.status_name(subject),
             hardware_id=self.get_fully_qualified_name(),
             message=message,
             values=[KeyValue(key=key, value=value) for key, value in (values or {}).items()],

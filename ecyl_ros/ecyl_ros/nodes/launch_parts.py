@@ -49,6 +49,17 @@ def value(name: str, kind: type) -> ParameterValue:
     return ParameterValue(LaunchConfiguration(name), value_type=kind)
 
 
+def rate_parameter(context: LaunchContext) -> dict[str, float]:
+    """`controller.rate` of every node, if the argument `rate` was given."""
+    text = context.launch_configurations["rate"]
+    if not text:
+        return {}
+    try:
+        return {"controller.rate": float(text)}
+    except ValueError:
+        raise RuntimeError(f"rate:={text}: expected a control rate in Hz") from None
+
+
 def drive_node(
     name: str,
     parameters: Mapping[str, Any],
@@ -111,8 +122,10 @@ def check(context: LaunchContext) -> list[LaunchDescriptionEntity]:
     if given["realtime"].lower() not in ("true", "1", "yes", "on"):
         return []
     # By the nodes' own Python, which need not be the one that launches.
-    command = Path(get_package_prefix(PACKAGE), "lib", PACKAGE, "round_trip")
-    done = subprocess.run([command, given["drive"]], capture_output=True, text=True, check=False)
+    command = [Path(get_package_prefix(PACKAGE), "lib", PACKAGE, "round_trip"), given["drive"]]
+    if given["rate"]:
+        command += ["--rate", given["rate"]]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
     if done.returncode:
         raise RuntimeError(done.stderr.strip())
     return [LogInfo(msg=done.stdout.strip())]

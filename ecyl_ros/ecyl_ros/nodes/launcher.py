@@ -105,8 +105,13 @@ class NodeProcesses:
         log_level: str = "warn",
         nodes: Sequence[str] = NODES,
         realtime: bool = False,
+        namespace: str = "",
     ) -> None:
-        """parameters: node name -> its own parameters beside the drive file's."""
+        """parameters: node name -> its own parameters beside the drive file's.
+
+        namespace: of all nodes and topics.
+        """
+        self._arguments = ["-r", f"__ns:=/{namespace.strip('/')}"] if namespace else []
         # In lockstep plant and controller wait for each other: looking out a moment before going
         # to sleep saves them wake-ups. In real time everybody has long pauses.
         self._spinning = () if realtime else FIRST
@@ -120,6 +125,7 @@ class NodeProcesses:
         for name in self._names:
             command = [sys.executable, "-m", "ecyl_ros.nodes.entry", name, "--ros-args"]
             command += ["--params-file", str(self._drive_file), "--log-level", self._log_level]
+            command += self._arguments
             for key, value in self._parameters.get(name, {}).items():
                 command += ["-p", f"{key}:={_yaml_word(value)}"]
             environment = os.environ | ({} if name in self._spinning else NO_SPIN)
@@ -134,6 +140,14 @@ class NodeProcesses:
                 env=environment,
             )
         return self
+
+    def ended(self) -> str | None:
+        """Which node has ended, and how; None while all run."""
+        for name, process in self.processes.items():
+            code = process.poll()
+            if code is not None:
+                return f"the {name} node ended early ({_ending(code)})"
+        return None
 
     def wait(self, progress: Callable[[], None], duration_known: bool) -> None:
         """Wait until plant and recorder are through; raises GraphError if a node ends early."""

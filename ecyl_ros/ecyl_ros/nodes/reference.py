@@ -16,10 +16,12 @@ from rclpy.clock import Clock, ClockType
 from rclpy.publisher import Publisher
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64, Header
+from trajectory_msgs.msg import JointTrajectory
 
 from ..drive.parameters import DriveParameters
 from ..drive.reference.setpoint import SetpointFollower
 from ..drive.reference.spec import make_reference
+from ..drive.reference.trajectory import Point
 from ..drive.telemetry import NANOSECONDS, tick_stamp_ns
 from ..errors import InputError
 from . import wire
@@ -31,11 +33,12 @@ from .run_node import run_node
 # that it acts at once; this many samples bridge a moment in which the machine is busy.
 SETPOINT_LOOKAHEAD = 16
 GENERATED_LOOKAHEAD = 128
+START_S = 0.05  # real time: from a trajectory's coming, with the drive at rest, to its beginning
 CHECKED_S = 60.0  # how much of an endless reference is checked against stroke and speed
 
 
 class ReferenceGenerator(DriveNode):
-    """Publishes the reference of a SPEC, or follows `ecyl/setpoint`."""
+    """Publishes the reference of a SPEC, or follows `ecyl/setpoint` and `ecyl/trajectory`."""
 
     live = ("limits.",)
 
@@ -67,6 +70,7 @@ class ReferenceGenerator(DriveNode):
         self._plant_sample = 0
         self._rod_position = 0.0
 
+        self._leads = False  # whether a sample of ours was said when its time had come
         self.skipped = 0  # real time: samples over before they could be said
         # Said to the controller, not yet as telemetry: index, stamp, message, and where a follower
         # stood then.
@@ -99,6 +103,7 @@ class ReferenceGenerator(DriveNode):
         )
         if self._follower:
             self.create_subscription(Float64, wire.SETPOINT, self._on_setpoint, 64)
+            self.create_subscription(JointTrajectory, wire.TRAJECTORY, self._on_trajectory, 4)
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         self.create_timer(1.0, self._publish_diagnostics, clock=steady)
         self._last_reason = ""
@@ -144,18 +149,26 @@ class ReferenceGenerator(DriveNode):
         if sample < self._plant_sample:
             return  # a message of the run before
         self._plant_sample = sample
-        if self._next < sample:  # joined a run that has gone on without us
-            self.get_logger().info(f"joining the run at sample {sample}")
-            self.skipped += sample - self._next
-            self._next = sample
-            self._ahead.clear()
-            self._before = None
-            if isinstance(self._reference, SetpointFollower):
+        if self._next < sample:
+            self._go_on_at(sample)
+        self._publish_ahead()
+        self._publish_telemetry(stamp_ns)
+
+    def _go_on_at(self, sample: int) -> None:
+        """Leave out samples that are over: the run went on before we came, or while we waited."""
+        self.skipped += sample - self._next
+        if isinstance(self._reference, SetpointFollower):
+            if not self._leads:
+                self.get_logger().info(f"joining the run at sample {sample}")
                 self._reference = SetpointFollower(
                     self.drive.limits, 1.0 / self.drive.sample_rate, self._rod_position
                 )
-        self._publish_ahead()
-        self._publish_telemetry(stamp_ns)
+            else:  # what is followed goes on where it would be by now
+                for index in range(self._next, sample):
+                    self._reference.sample(index / self.drive.sample_rate)
+        self._next = sample
+        self._ahead.clear()
+        self._before = None
 
     def _publish_ahead(self) -> None:
         if self._publisher is None or self._epoch_ns is None:
@@ -173,6 +186,7 @@ class ReferenceGenerator(DriveNode):
         """Say the samples whose time has come."""
         while self._ahead and self._ahead[0][1] <= stamp_ns:
             _, _, message, self._before = self._ahead.popleft()
+            self._leads = True
             self._telemetry.publish(message)
 
     def _sample_now(self) -> int:
@@ -182,14 +196,21 @@ class ReferenceGenerator(DriveNode):
         elapsed_s = (self.get_clock().now().nanoseconds - self._epoch_ns) / NANOSECONDS
         return max(self._plant_sample, math.floor(elapsed_s * self.drive.sample_rate))
 
+    def _stood(self, now: int) -> tuple[int, Any]:
+        """The last sample until `now` that was said, and where the follower stood then."""
+        kept = [entry for entry in self._ahead if entry[0] <= now]
+        if kept:
+            return kept[-1][0], kept[-1][3]
+        if self._ahead:
+            return self._ahead[0][0] - 1, self._before
+        return self._next - 1, self._reference.state
+
     def _say_anew(self, now: int) -> None:
-        """Take back what was said of the samples after `now`, and say it for the new setpoint."""
-        state = self._before
+        """Take back what was said of the samples after `now`, and say it for what was accepted."""
         kept = [entry for entry in self._ahead if entry[0] <= now]
         if len(kept) == len(self._ahead):
             return  # nothing said of what is to come
-        if kept:
-            state = kept[-1][3]
+        _, state = self._stood(now)
         if state is None:
             return  # not a sample has been: what was said begins with the rod at rest
         self._next = self._ahead[len(kept)][0]
@@ -203,10 +224,41 @@ class ReferenceGenerator(DriveNode):
         if reason is None:
             self._say_anew(now)
         else:
-            self._last_reason = reason
-            self.get_logger().warning(
-                f"refused ({self._reference.refused} so far): {reason}", throttle_duration_sec=1.0
-            )
+            self._warn(reason, self._reference.refused)
+
+    def _on_trajectory(self, message: JointTrajectory) -> None:
+        now = self._sample_now()
+        try:
+            points = _points(message)
+        except ValueError as error:
+            self._reference.trajectories_refused += 1
+            self._warn(str(error), self._reference.trajectories_refused)
+            return
+        if not points:  # to come to rest brooks no delay
+            last, state = self._stood(now)
+            now_s = now / self.drive.sample_rate
+            self._reference.offer_trajectory([], state or self._reference.state, now_s, now_s)
+            self._say_anew(now)
+            return
+        # What has been said stays: to lay splines and check them takes a moment.
+        last, state = max(self._next - 1, 0), self._reference.state
+        if self._realtime and state[1:] == (0.0, 0.0):
+            last = max(last, now + math.ceil(START_S * self.drive.sample_rate))
+        begin_s = last_s = last / self.drive.sample_rate
+        stamp_ns = wire.to_ns(message.header.stamp)
+        if stamp_ns:
+            begin_s = (stamp_ns - (self._epoch_ns or 0)) / NANOSECONDS
+        reason = self._reference.offer_trajectory(points, state, last_s, begin_s)
+        if reason is not None:
+            self._warn(reason, self._reference.trajectories_refused)
+
+    def _warn(self, reason: str, refused: int) -> None:
+        """Say why something was refused, here and on diagnostics."""
+        self._last_reason = reason
+        self.get_logger().warning(
+            f"refused ({refused} so far): {reason}", throttle_duration_sec=1.0
+        )
+        self._publish_diagnostics()
 
     def _publish_diagnostics(self) -> None:
         if not isinstance(self._reference, SetpointFollower):
@@ -215,9 +267,12 @@ class ReferenceGenerator(DriveNode):
         values = {
             "setpoints_accepted": str(follower.accepted),
             "setpoints_refused": str(follower.refused),
+            "trajectories_accepted": str(follower.trajectories_accepted),
+            "trajectories_refused": str(follower.trajectories_refused),
             "last_refusal": self._last_reason,
         }
-        level = DiagnosticStatus.WARN if follower.refused else DiagnosticStatus.OK
+        refused = follower.refused + follower.trajectories_refused
+        level = DiagnosticStatus.WARN if refused else DiagnosticStatus.OK
         self.report(level, "reference setpoints", self._last_reason or "following", values)
 
     def waiting_for(self) -> str | None:
@@ -233,6 +288,32 @@ class ReferenceGenerator(DriveNode):
         """Changed limits hold for setpoints from now on."""
         if isinstance(self._reference, SetpointFollower):
             self._reference.change_limits(drive.limits)
+
+
+def _points(message: JointTrajectory) -> list[Point]:
+    """The rod's points, none to come to rest; ValueError says what was expected instead."""
+    if not message.points and not message.joint_names:
+        return []  # names none, either
+    if list(message.joint_names) != [wire.ROD]:
+        raise ValueError(
+            f"trajectory of joints {list(message.joint_names)}, expected ['{wire.ROD}']"
+        )
+    found = []
+    for number, one in enumerate(message.points, start=1):
+        for name in ("positions", "velocities", "accelerations"):
+            count = len(getattr(one, name))
+            if count > 1 or (name == "positions" and count == 0):
+                raise ValueError(f"trajectory point {number}: {count} {name}, expected 1")
+        time = one.time_from_start
+        found.append(
+            Point(
+                time.sec + 1e-9 * time.nanosec,
+                one.positions[0],
+                one.velocities[0] if one.velocities else None,
+                one.accelerations[0] if one.accelerations else None,
+            )
+        )
+    return found
 
 
 def main(args: list[str] | None = None) -> int:

@@ -69,7 +69,7 @@ def check_real_time(drive: DriveParameters, source: str, trip: RoundTrip) -> Non
     if trip.p99_s <= SHARE / rate:
         return
     least = smallest_stable_rate(drive)
-    way = f"--rate {trip.rate:g} or a drive file with that rate"
+    way = f"--rate {trip.rate:g} (rate:={trip.rate:g} of a launch file)"
     if least is None or least > trip.rate:
         need = "no rate does" if least is None else f"they need {math.ceil(least)} Hz"
         way = f"other gains, for with these {need}"
@@ -195,17 +195,22 @@ class _Ping:
 
 def main(argv: Sequence[str] | None = None) -> int:
     """`ros2 run ecyl_ros round_trip [D.yaml]`: print what this machine holds; 2 if D needs more."""
-    from ..drive.drive_file import load_drive, resolve_drive
+    from ..drive.drive_file import load_drive, resolve_drive, with_rate
     from .realtime import with_transport_delay
 
     parser = argparse.ArgumentParser(prog="round_trip", description=main.__doc__)
     parser.add_argument("drive", nargs="?", metavar="D.yaml", help="drive file, or a profile")
+    parser.add_argument("--rate", type=float, metavar="HZ", help="instead of the drive file's")
     parser.add_argument("--in-process", action="store_true", help="both nodes in one process")
     options = parser.parse_args(argv)
     try:
         path = None if options.drive is None else resolve_drive(options.drive)
-        drive = None if path is None else with_transport_delay(load_drive(path))
-        rate = DEFAULT_RATE if drive is None else drive.controller.rate
+        drive = None
+        if path is not None:
+            drive = with_transport_delay(
+                with_rate(load_drive(path), options.rate, f"{path} with --rate")
+            )
+        rate = drive.controller.rate if drive is not None else options.rate or DEFAULT_RATE
         trip = measure(rate, together=options.in_process)
         if drive is not None:
             check_real_time(drive, str(path), trip)

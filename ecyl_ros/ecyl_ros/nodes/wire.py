@@ -17,6 +17,7 @@ JOINT_STATES = "ecyl/joint_states"
 CURRENT = "ecyl/current"
 VOLTAGE = "ecyl/voltage"
 SETPOINT = "ecyl/setpoint"
+TRAJECTORY = "ecyl/trajectory"
 TRACKING_ERROR = "ecyl/tracking_error"
 # The gap monitor: the telemetry topics again, recorded less simulated, and their RMS over noise.
 GAP_JOINT_STATES = "ecyl/gap/joint_states"
@@ -35,7 +36,7 @@ CONTROL_REFERENCE = "ecyl/control/reference"
 CONTROL_MEASUREMENT = "ecyl/control/measurement"
 CONTROL_VOLTAGE = "ecyl/control/voltage"
 
-CLOCK = "/clock"
+CLOCK = "clock"  # /clock, unless two drives, each with its own time, run at once
 DIAGNOSTICS = "/diagnostics"
 
 ROTOR, ROD, LOAD = "rotor", "rod", "load"

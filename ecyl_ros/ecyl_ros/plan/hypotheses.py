@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import dataclasses
 import itertools
 import json
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -72,8 +73,24 @@ class Open:
 
 def read_open(path: Path, drive: DriveParameters, drive_name: str) -> Open:
     """What the diagnosis in a JSON file has left open; InputError where it is of another drive."""
+    data = read_diagnosis(path, drive, drive_name)
+    found = open_in(data)
+    if found.pairs:
+        return found
+    pairs = _catalogued(tuple(one["effects"]) for one in data.get("alike", []))
+    why = "the recording could not have told them apart"
+    return dataclasses.replace(found, pairs=pairs, why=why)
+
+
+def read_diagnosis(path: Path, drive: DriveParameters, drive_name: str) -> dict[str, Any]:
+    """The JSON of a diagnosis of this drive; InputError for any other file."""
     data = _read(path)
     _same_drive(data, drive, path, drive_name)
+    return data
+
+
+def open_in(data: Mapping[str, Any]) -> Open:
+    """What a diagnosis, as JSON, could not decide: alternatives of causes, closest candidates."""
     values = {
         cause["effect"]: {key: float(one["value"]) for key, one in cause["parameters"].items()}
         for cause in data["causes"]
@@ -93,11 +110,13 @@ def read_open(path: Path, drive: DriveParameters, drive_name: str) -> Open:
                 singles += one["effects"]
         pairs = list(itertools.combinations(singles[:_CLOSEST], 2))
         why = f"{data['verdict']}: the effects that come closest"
-    if not pairs:
-        pairs = [tuple(one["effects"]) for one in data.get("alike", [])]
-        why = "the recording could not have told them apart"
+    return Open(_catalogued(pairs), values, signals, why)
+
+
+def _catalogued(pairs: Iterable[Sequence[str]]) -> tuple[tuple[str, str], ...]:
+    """Each pair once, the first few."""
     known = [pair for pair in dict.fromkeys(_sorted(pair) for pair in pairs) if _known(pair)]
-    return Open(tuple(known[:_MOST_PAIRS]), values, signals, why)
+    return tuple(known[:_MOST_PAIRS])
 
 
 def _sorted(pair: Sequence[str]) -> tuple[str, str]:

@@ -1,36 +1,32 @@
-"""A motion as `trajectory_msgs/JointTrajectory`, for a ros2_control joint_trajectory_controller."""
+"""A motion as `trajectory_msgs/JointTrajectory`, for `ecyl/trajectory` or ros2_control.
+
+Its points are where the motion's jerk changes. Quintic splines between them, as the drive's
+reference node and a joint_trajectory_controller lay them, are then the motion itself.
+"""
 
 from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
 import yaml
 
 from ..drive.reference.planned import Planned
 
-_RATE_HZ = 100.0  # of the points: the controller's quintic splines between them are exact enough
+_NANO = 1_000_000_000
 
 
 def trajectory(motion: Planned, joint: str) -> dict[str, Any]:
     """The message's fields as plain data: positions m, velocities m/s, accelerations m/s^2."""
-    count = max(1, round(motion.duration_s * _RATE_HZ))
-    times = np.arange(count + 1) / _RATE_HZ
-    times[-1] = motion.duration_s
-    faster = motion.accelerations(times.tolist())
     points = []
-    for time, acceleration in zip(times.tolist(), faster.tolist(), strict=True):
-        position, velocity = motion.sample(time)
-        nanoseconds = round(time * 1e9)
+    for one in motion.points():
+        assert one.velocity is not None and one.acceleration is not None  # a motion has both
+        second, nanosecond = divmod(round(one.time_s * _NANO), _NANO)
         points.append(
             {
-                "positions": [round(position, 9)],
-                "velocities": [round(velocity, 9)],
-                "accelerations": [round(acceleration, 9)],
-                "time_from_start": {
-                    "sec": nanoseconds // 1_000_000_000,
-                    "nanosec": nanoseconds % 1_000_000_000,
-                },
+                "positions": [round(one.position, 15)],
+                "velocities": [round(one.velocity, 12)],
+                "accelerations": [round(one.acceleration, 9)],
+                "time_from_start": {"sec": second, "nanosec": nanosecond},
             }
         )
     return {"joint_names": [joint], "points": points}

@@ -11,6 +11,7 @@ Each leg begins where the last one ended, the first at 0; after the last the rod
 
 from __future__ import annotations
 
+import itertools
 import math
 from bisect import bisect_right
 from collections.abc import Mapping, Sequence
@@ -26,10 +27,12 @@ from ruckig import Trajectory
 from ...errors import InputError
 from ..parameters import LimitParameters
 from .moves import plan_move
+from .trajectory import Point
 
 SCHEMA = "ecyl.motion/1"
 SUFFIXES = (".yaml", ".yml")
 _SLACK = 1.0 + 1e-6
+_SHORTEST_S = 1e-5  # between two switches: shorter ones change nothing that could be seen
 
 
 @dataclass(frozen=True)
@@ -89,6 +92,27 @@ class Planned:
             if moves and 0.0 <= inside <= moves[index].duration:
                 made[row] = moves[index].at_time(inside)[2][0]
         return made
+
+    def switches(self) -> list[float]:
+        """Times at which jerk changes, s, from 0 on: between them position is a cubic of time."""
+        starts, moves = self._moves
+        found = [0.0]
+        for start, move in zip(starts, moves, strict=False):
+            steps = itertools.accumulate(move.profiles[0][0].t)
+            for time in (start, *(start + step for step in steps), start + move.duration):
+                if time > found[-1] + _SHORTEST_S:
+                    found.append(time)
+        return found
+
+    def points(self) -> list[Point]:
+        """What splines through points turn into this motion, to `duration_s` at rest."""
+        times = [*(time for time in self.switches() if time < self.duration_s), self.duration_s]
+        seconds = [round(time * 1e9) * 1e-9 for time in times]
+        faster = self.accelerations(seconds).tolist()
+        return [
+            Point(time, *self.sample(time), acceleration)
+            for time, acceleration in zip(seconds, faster, strict=True)
+        ]
 
     def check(self, limits: LimitParameters, source: str) -> None:
         """Refuse a motion that asks a drive for more than its limits; InputError names the leg."""

@@ -1,0 +1,167 @@
+"""What a diagnosis leaves open, and what the loop does about it."""
+
+from __future__ import annotations
+
+import dataclasses
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from ecyl_ros.drive.drive_file import load_drive, resolve_drive
+from ecyl_ros.drive.reference.planned import Planned
+from ecyl_ros.effects.catalogue import CATALOGUE
+from ecyl_ros.errors import InputError
+from ecyl_ros.investigate import loop
+from ecyl_ros.investigate.bounds import Bounds, Sample, Sound, bounds_for
+from ecyl_ros.investigate.loop import Investigation, Settings
+from ecyl_ros.investigate.played import Played
+from ecyl_ros.investigate.question import question
+from ecyl_ros.investigate.survey import survey
+
+DRIVE = load_drive("servo_1khz")
+PAIR = ("load_coulomb_friction", "rotor_coulomb_friction")
+SOUND = Sound(0.01, 10.0, 50.0)
+
+
+def _diagnosis(verdict: str, **more: Any) -> dict[str, Any]:
+    made: dict[str, Any] = {
+        "verdict": verdict,
+        "causes": [],
+        "location": {"signals": [{"name": "current_q"}]},
+        "limits": [],
+    }
+    return made | more
+
+
+def _cause(*alternatives: str) -> dict[str, Any]:
+    return {
+        "effect": PAIR[1],
+        "parameters": {"coulomb_nm": {"value": 0.02}},
+        "alternatives": list(alternatives),
+    }
+
+
+def test_a_cause_without_rivals_and_a_machine_that_hides_nothing_are_decided() -> None:
+    """Nothing is open: no motion could add to it."""
+    seen = [{"effect": name, "smallest_seen": 1.0} for name in CATALOGUE]
+    assert question(_diagnosis("explained", causes=[_cause()])) is None
+    assert question(_diagnosis("within_sheet", limits=seen)) is None
+    assert question(_diagnosis("described")) is None
+
+
+def test_what_is_open_is_asked_for() -> None:
+    """Alternatives by pairs; what would not have shown, and what could not be judged, by itself."""
+    asked = question(_diagnosis("explained", causes=[_cause(PAIR[0])]))
+    assert asked is not None and asked.pairs == (PAIR,) and asked.known[PAIR[1]]
+    hidden = [{"effect": PAIR[0], "smallest_seen": None}]
+    asked = question(_diagnosis("no_gap", limits=hidden))
+    assert asked is not None and asked.alone == (PAIR[0],)
+    asked = question(_diagnosis("not_judgeable", reason="the rod rests"))
+    assert asked is not None and set(asked.alone) == set(CATALOGUE) and asked.why == "the rod rests"
+
+
+def _investigated(
+    folder: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    answers: list[dict[str, Any]],
+    motions: int = 4,
+    ended: str | None = None,
+) -> tuple[Any, list[float], list[Any]]:
+    """The story of diagnoses that come in turn; lengths of motions; what was planned for."""
+    lengths: list[float] = []
+    planned: list[Any] = []
+
+    def play(motion: Planned, bounds: Bounds, out: Path) -> Played:
+        lengths.append(motion.duration_s)
+        return Played(out, 10, 1e-3, 1.0, ended, True)
+
+    def judged(recordings: Any, drive_file: Path, tell: Any) -> Any:
+        data = answers[len(recordings) - 1]
+        return SimpleNamespace(
+            to_dict=lambda: data,
+            sentence=data["verdict"],
+            verdict=data["verdict"],
+            causes=(),
+            write_json=lambda path: None,
+            write_report=lambda path: None,
+        )
+
+    def make_plan(drive: Any, duration_s: float, pairs: Any, alone: Any, *_: Any, **__: Any) -> Any:
+        planned.append((pairs, alone))
+        motion, _ = survey(DRIVE, duration_s)
+        return SimpleNamespace(motion=motion, pairs=(), alone=(), needed=0.1, predictions=())
+
+    monkeypatch.setattr(loop, "judged", judged)
+    monkeypatch.setattr(loop, "make_plan", make_plan)
+    work = Investigation(
+        DRIVE,
+        resolve_drive("servo_1khz"),
+        "a machine",
+        folder / "found",
+        Settings(motions=motions, duration_s=2.0),
+        play,
+        lambda line: None,
+        lambda title: lambda share: None,
+    )
+    return work.run(), lengths, planned
+
+
+OPEN = _diagnosis("explained", causes=[_cause(PAIR[0])])
+
+
+def test_the_loop_plans_for_what_is_open_until_it_is_decided(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Survey, a motion for the pair, and one twice as long where that has not told."""
+    answers = [OPEN, OPEN, _diagnosis("explained", causes=[_cause()])]
+    story, lengths, planned = _investigated(tmp_path, monkeypatch, answers)
+    assert (story.outcome, lengths) == ("decided", [2.0, 2.0, 4.0])
+    assert planned == [((PAIR,), ())] * 2
+    assert (tmp_path / "found" / "index.html").read_text().count("<h2>Motion") == 3
+
+
+def test_the_loop_ends_with_its_budget_and_with_a_drive_that_was_stopped(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Still open, with the reason; what was ended is not diagnosed."""
+    story, lengths, _ = _investigated(tmp_path / "a", monkeypatch, [OPEN] * 3, motions=2)
+    assert (story.outcome, len(lengths)) == ("open", 2) and "budget of motions, 2" in story.said
+    story, _, _ = _investigated(tmp_path / "b", monkeypatch, [], ended="current of 60 A")
+    assert story.outcome == "ended" and "current of 60 A" in story.said
+    assert story.steps[0].diagnosis is None
+
+
+def test_every_bound_is_held_against_each_sample() -> None:
+    """Stroke and speed of the reference, tracking error, current; a rod that is not measured."""
+    bounds = bounds_for(DRIVE, SOUND, None, None)
+    sound = Sample(0.0, 0.01, 0.1, 0.011, 5.0)
+    assert bounds.objection(sound) is None
+    for change, said in (
+        ({"reference": 0.26}, "stroke"),
+        ({"velocity": -0.6}, "m/s"),
+        ({"rod": 0.05}, "tracking error of 40 mm, beyond 30 mm"),
+        ({"rod": np.nan}, "tracking error"),
+        ({"current": -58.0}, "current of 58 A, beyond 57 A"),
+    ):
+        assert said in (bounds.objection(dataclasses.replace(sound, **change)) or ""), change
+
+
+def test_bounds_that_the_sound_drive_would_not_keep_are_refused() -> None:
+    """Before anything moves: the flag, its value and what the model comes to."""
+    for error, current, said in ((5e-3, None, "--max-error = 0.005"), (None, 9.0, "--max-current")):
+        with pytest.raises(InputError, match=said):
+            bounds_for(DRIVE, SOUND, error, current)
+
+
+def test_the_first_motion_keeps_the_limits_and_is_refused_where_there_are_none() -> None:
+    """Within stroke, speed, acceleration; a drive too weak for any motion gets one clear line."""
+    motion, sound = survey(DRIVE, 4.0)
+    motion.check(DRIVE.limits, "survey")
+    assert motion.moving_s <= 4.0 and motion.sample(4.0)[0] == pytest.approx(0.0, abs=1e-9)
+    assert sound.excess(DRIVE) is None
+    weak = dataclasses.replace(DRIVE.controller, current_limit=1e-3)
+    with pytest.raises(InputError, match="no motion leaves the sound drive room"):
+        survey(dataclasses.replace(DRIVE, controller=weak), 2.0)
