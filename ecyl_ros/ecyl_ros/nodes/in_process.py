@@ -58,13 +58,12 @@ def _run(
     nodes: dict[str, DriveNode] = {}
     rclpy.init(args=["ecyl", "--ros-args", "--log-level", log_level])
     try:
-        executor = make_executor()
         for name in names:
             overrides = [
                 Parameter(key, value=value) for key, value in parameters.get(name, {}).items()
             ]
             nodes[name] = CLASSES[name](cli_args=arguments, parameter_overrides=overrides)
-            executor.add_node(nodes[name])
+        executor = make_executor(*nodes.values())
         nodes["plant"].create_timer(PROGRESS_S, progress)
         for name in ("plant", "recorder"):
             if name in nodes:

@@ -30,8 +30,7 @@ def _run(make: Callable[[], DriveNode], args: Sequence[str] | None) -> int:
     rclpy.init(args=args)
     try:
         node = make()
-        executor = make_executor()
-        executor.add_node(node)
+        executor = make_executor(node)
         if node.batch_s and not isinstance(executor, DirectExecutor):
             _spin_in_batches(executor, node)
         else:
