@@ -1,6 +1,19 @@
-"""For all tests: genuine messages check their fields' types, as the stand-in's always do."""
+"""For all tests: messages check their fields' types; domains of their own for graphs."""
 
 import os
+from collections.abc import Iterator
 
-# Read by rosidl's modules when they are imported.
+import pytest
+
+from .domains import domain
+
+# Genuine messages do so as the stand-in's always do; read by rosidl's modules at import.
 os.environ.setdefault("ROS_PYTHON_CHECK_FIELDS", "1")
+
+
+@pytest.fixture
+def own_domain(monkeypatch: pytest.MonkeyPatch) -> Iterator[int]:
+    """A ROS_DOMAIN_ID that no other test run on this machine uses at the time."""
+    with domain() as number:
+        monkeypatch.setenv("ROS_DOMAIN_ID", str(number))
+        yield number
