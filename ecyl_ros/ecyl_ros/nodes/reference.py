@@ -25,6 +25,7 @@ from ..errors import InputError
 from . import wire
 from .drive_node import DriveNode
 from .ready_bytes import Outgoing
+from .realtime import run_as_others, run_first
 from .run_node import run_node
 
 # Samples ahead of the plant. What a live setpoint changes is said anew from the next sample on, so
@@ -120,6 +121,8 @@ class ReferenceGenerator(DriveNode):
             self.get_logger().info("the plant began anew: the reference starts over")
             self._reference = self._make()
         self._epoch_ns = wire.to_ns(message)
+        if self._realtime and self._follower:
+            run_first()  # a setpoint's way to the controller; where refused, the plant says so
         self._next = self._plant_sample = 0
         self._ahead.clear()
         self._before = None
@@ -226,6 +229,8 @@ class ReferenceGenerator(DriveNode):
 
     def close(self) -> None:
         """Say what a real-time run was short of."""
+        if self._realtime:
+            run_as_others()
         if self._realtime and self.skipped:
             self.last_words(f"{self.skipped} samples were over before they could be said")
 

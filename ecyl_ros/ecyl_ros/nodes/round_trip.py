@@ -87,10 +87,10 @@ def measure(rate: float, *, together: bool = False) -> RoundTrip:
     together: within one process, as all nodes will be. Takes two or three seconds. Raises
     InputError if no message came back.
     """
-    from .launcher import prepare_child, processors
+    from .launcher import FIRST, prepare_child, processors
 
     topic = f"ecyl/round_trip/p{time.time_ns()}"
-    here = set() if together else processors(True)
+    here = set() if together else processors(FIRST[0])
     start = partial(
         subprocess.Popen,
         stdout=subprocess.PIPE,
