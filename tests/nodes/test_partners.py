@@ -92,7 +92,8 @@ def test_nodes_that_are_killed_and_started_again_are_taken_up(
     assert nodes["plant"].wait(60) == 0
     assert nodes["recorder"].wait(30) == 0
     recording = read_recording(out)
-    assert len(recording) == 3000
+    # With a killed controller goes the telemetry of a voltage that was on its way.
+    assert len(recording) in (2999, 3000)
     error = abs(recording.rod_position_m - recording.reference_position_m)
     assert np.nanmax(error) < 2e-3
     # A killed reference takes the samples with it that it had told the controller only.
@@ -113,11 +114,11 @@ def test_a_node_alone_says_what_it_waits_for_and_ends() -> None:
             assert "Traceback" not in text
 
 
-def test_a_second_plant_is_refused(tmp_path: Path) -> None:
+def test_a_second_plant_is_refused(listener: Listener, tmp_path: Path) -> None:
     """Two plants on one domain: the second says so and ends with 2; the first is not disturbed."""
     arguments = ("--drive", "servo_1khz", "--reference", SINE, "--duration", 4.0)
     first = start("run", *arguments, "--out", tmp_path / "a.mcap")
-    assert _wait_until(lambda: (tmp_path / "a.mcap").exists(), 60.0)
+    assert listener.until(lambda: listener.joints > 10)
     names = _nodes_of(first, 5)
     # However fast the machine, the first is still at work when the second comes.
     os.kill(names["controller"], signal.SIGSTOP)
