@@ -1,11 +1,11 @@
 """SIGKILL of every node and of the recorder at random instants: what is lost, what hangs.
 
 A lockstep graph of five processes runs without end. Again and again one of them, by turns, is
-killed at a random instant and started again; a killed recorder goes on in a new file, a killed
-plant begins a new run. A hang is a graph that does not go on within a minute. Lost is what had been
-published, as far as it was heard here, but does not open again from the killed recorder's file.
-Then whole runs as `ecyl run` makes them, of which one node is killed, from the first moment on: the
-others must end too.
+killed at a random instant and started again; a killed recorder goes on in a new file, and so does
+one whose plant was killed, for that begins a new run. A hang is a graph that does not go on within
+a minute. Lost is what had been published, as far as it was heard here, but does not open again from
+the killed recorder's file. Then whole runs as `ecyl run` makes them, of which one node is killed,
+from the first moment on: the others must end too.
 """
 
 from __future__ import annotations
@@ -132,12 +132,19 @@ def restarts(report: Report, kills: int, random: np.random.Generator) -> None:
                             unreadable += 1
                             report.say(f"  {path.name} of {size} bytes: {error}")
                     path.unlink(missing_ok=True)
-                for name in {victim, *others}:
+                if victim == "plant":
+                    graph.nodes["recorder"].send_signal(signal.SIGINT)
+                    graph.nodes["recorder"].wait(PATIENCE_S)
+                    others.append("recorder")
+                for name in dict.fromkeys([*others, victim]):
                     graph.start(name)
                 took = _wait(lambda killed=killed: graph.goes_on(killed + 0.01), PATIENCE_S)
                 back[victim].append(took)
                 if np.isinf(took):
                     report.say(f"  kill {count}, of the {victim}: the graph does not go on")
+                    for name, one in graph.nodes.items():
+                        silent_s = time.monotonic() - graph.heard.get(name, killed)
+                        report.say(f"    {name}, {silent_s:.0f} s silent: {one.said()[-300:]!r}")
                     break
                 if sys.stderr.isatty():
                     print(f"\r{count} of {len(victims)} kills", end="", file=sys.stderr)
