@@ -11,9 +11,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from builtin_interfaces.msg import Time
 from sensor_msgs.msg import JointState
 
 from ecyl_ros.drive.drive_file import resolve_drive
+from ecyl_ros.nodes import wire
 from ecyl_ros.nodes.reference import GENERATED_LOOKAHEAD
 from ecyl_ros.nodes.wire import to_ns
 from ecyl_ros.recording.reader import read_recording
@@ -112,6 +114,40 @@ def test_a_node_alone_says_what_it_waits_for_and_ends() -> None:
             assert process.returncode == 1, text
             assert "waiting for" in text and "gave up waiting for" in text, text
             assert "Traceback" not in text
+
+
+def test_a_reference_ahead_of_a_plant_that_waits_goes_back_to_it(listener: Listener) -> None:
+    """A message of the run before, heard after the new one's start: the samples come all the same.
+
+    By hand: tick 0 is said, then a joint state of a plant that was killed at sample 500.
+    """
+    said: list[int] = []
+    listener.create_subscription(
+        JointState,
+        "/ecyl/control/reference",
+        lambda message: said.append(to_ns(message.header.stamp)),
+        wire.latched(1000),
+    )
+    epoch = listener.create_publisher(Time, "/ecyl/control/epoch", wire.latched())
+    waits = listener.create_publisher(Time, "/ecyl/control/waiting", 10)
+    joints = listener.create_publisher(JointState, "/ecyl/joint_states", wire.lossless())
+    epoch.publish(Time())
+    node("reference", f'reference:="{SINE}"', drive="servo_1khz")
+    assert listener.until(lambda: len(said) > 100 and joints.get_subscription_count() > 1)
+    listener.until(lambda: False, 0.5)
+    late = JointState(name=["rotor", "rod"], position=[0.0] * 2, velocity=[0.0] * 2)
+    late.header.stamp.sec = 2
+    joints.publish(late)
+    assert listener.until(lambda: bool(said) and said[-1] > 2 * 10**9)
+    said.clear()
+    wanted = [4_000_000 * sample for sample in range(100)]
+
+    def repeated() -> bool:
+        waits.publish(Time())
+        first = said.index(0) if 0 in said else len(said)
+        return said[first : first + len(wanted)] == wanted
+
+    assert listener.until(repeated)
 
 
 def test_a_second_plant_is_refused(listener: Listener, tmp_path: Path) -> None:

@@ -66,6 +66,7 @@ class ReferenceGenerator(DriveNode):
         self._epoch_ns: int | None = None
         self._next = 0
         self._plant_sample = 0
+        self._waiting_ns: int | None = None  # stamp the plant last said it waits at
         self._rod_position = 0.0
 
         self.skipped = 0  # real time: samples over before they could be said
@@ -131,32 +132,53 @@ class ReferenceGenerator(DriveNode):
     def _on_joint_states(self, message: JointState) -> None:
         if len(message.position) > 1 and math.isfinite(message.position[1]):
             self._rod_position = message.position[1]
+        self._waiting_ns = None
         self._advance(wire.to_ns(message.header.stamp))
 
     def _on_waiting(self, message: Time) -> None:
-        """The plant stands still, perhaps for want of what the reference said before it ended."""
-        self._advance(wire.to_ns(message))
+        """The plant stands still, perhaps for want of what the reference said before it ended.
+
+        Or because the reference is ahead of it: a plant that was killed may be heard once more when
+        the one after it has begun. Said twice of one tick, that is so.
+        """
+        stamp_ns = wire.to_ns(message)
+        again, self._waiting_ns = stamp_ns == self._waiting_ns, stamp_ns
+        if again and self._epoch_ns is not None:
+            sample = self._sample_at(stamp_ns)
+            if sample < self._plant_sample:
+                self.get_logger().info(f"the plant stands at sample {sample}: back to it")
+                self._plant_sample = sample
+                self._begin_at(sample)
+        self._advance(stamp_ns)
+
+    def _sample_at(self, stamp_ns: int) -> int:
+        """The newest sample at a stamp of the run."""
+        ticks = round((stamp_ns - (self._epoch_ns or 0)) * self._rate / NANOSECONDS)
+        return ticks // self._every
+
+    def _begin_at(self, sample: int) -> None:
+        """Say what is to come from this sample on, a follower from where the rod is."""
+        self._next = sample
+        self._ahead.clear()
+        self._before = None
+        if isinstance(self._reference, SetpointFollower):
+            self._reference = SetpointFollower(
+                self.drive.limits, 1.0 / self.drive.sample_rate, self._rod_position
+            )
 
     def _advance(self, stamp_ns: int) -> None:
         """Publish what is due when the plant has reached `stamp_ns`."""
         self.heard_partner()
         if self._epoch_ns is None:
             return
-        ticks = round((stamp_ns - self._epoch_ns) * self._rate / NANOSECONDS)
-        sample = ticks // self._every
+        sample = self._sample_at(stamp_ns)
         if sample < self._plant_sample:
             return  # a message of the run before
         self._plant_sample = sample
         if self._next < sample:  # joined a run that has gone on without us
             self.get_logger().info(f"joining the run at sample {sample}")
             self.skipped += sample - self._next
-            self._next = sample
-            self._ahead.clear()
-            self._before = None
-            if isinstance(self._reference, SetpointFollower):
-                self._reference = SetpointFollower(
-                    self.drive.limits, 1.0 / self.drive.sample_rate, self._rod_position
-                )
+            self._begin_at(sample)
         self._publish_ahead()
         self._publish_telemetry(stamp_ns)
 
