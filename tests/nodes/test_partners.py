@@ -94,8 +94,8 @@ def test_nodes_that_are_killed_and_started_again_are_taken_up(
     assert nodes["plant"].wait(60) == 0
     assert nodes["recorder"].wait(30) == 0
     recording = read_recording(out)
-    # With a killed controller goes the telemetry of a voltage that was on its way.
-    assert len(recording) in (2999, 3000)
+    # With a killed controller goes the telemetry of voltages that were on their way.
+    assert 2990 <= len(recording) <= 3000
     error = abs(recording.rod_position_m - recording.reference_position_m)
     assert np.nanmax(error) < 2e-3
     # A killed reference takes the samples with it that it had told the controller only.

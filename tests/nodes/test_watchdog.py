@@ -75,6 +75,7 @@ def graph(lasting: Graph, listener: Listener) -> Graph:
     for name in NEEDED:
         if name not in lasting.nodes or lasting.nodes[name].poll() is not None:
             lasting.start(name)
+        lasting.nodes[name].send_signal(signal.SIGCONT)  # should a test have failed
     assert _moves(listener)
     for process in lasting.nodes.values():
         process.said()
@@ -167,7 +168,10 @@ def test_a_controller_that_stands_still_is_taken_up_and_the_third_time_ends_the_
     graph: Graph, listener: Listener
 ) -> None:
     """Stopped and continued, the drive rests meanwhile and goes on; thrice in 10 s is too often."""
-    graph.start("plant")  # none of its losses so far
+    graph.lose("plant")  # another one, which has lost nothing so far
+    listener.until(lambda: False, 0.5)
+    listener.rotor_rate = 0.0
+    graph.start("plant")
     assert _moves(listener)
     for count in range(1, 4):
         graph.nodes["controller"].send_signal(signal.SIGSTOP)
