@@ -71,7 +71,13 @@ def test_nodes_that_are_killed_and_started_again_are_taken_up(
     """Kill one node after the other within a lockstep run, start it again: the run has its end."""
     out = tmp_path / "run.mcap"
     timed, follows = "duration:=12.0", f'reference:="{SINE}"'  # 12 000 ticks, 3000 samples
-    own = {"recorder": (timed, f"out:={out}"), "reference": (timed, follows), "plant": (timed,)}
+    recorded = "recorder:=recorder"  # nobody begins before it hears them
+    own = {
+        "recorder": (timed, f"out:={out}"),
+        "reference": (timed, follows, recorded),
+        "controller": (recorded,),
+        "plant": (timed, recorded),
+    }
     now = [0.0]
     listener.create_subscription(
         JointState,
