@@ -48,8 +48,8 @@ def histogram(report: Report, graph: dict, sleepers: list[dict]) -> None:
     report.table(["jitter", f"graph{empty}", f"five bare loops{empty[10:]}"], rows)
 
 
-def picture(path: Path, graph: dict, sleepers: list[dict]) -> None:
-    """The same as a PNG."""
+def picture(path: Path, graph: dict, sleepers: list[dict], rate: float = RATE) -> None:
+    """The same as a PNG; without the bare loops where there are none. rate: Hz."""
     import matplotlib
 
     matplotlib.use("Agg")
@@ -57,13 +57,15 @@ def picture(path: Path, graph: dict, sleepers: list[dict]) -> None:
 
     figure, axes = plt.subplots(figsize=(7, 4), layout="constrained")
     edges = 1e6 * np.append(EDGES_S[1:-1], 2 * EDGES_S[-2])
-    bare = np.sum([one["counts"] for one in sleepers], axis=0)
-    for counts, label in ((_counts(graph), "graph"), (bare, "five bare sleeping loops")):
+    drawn = [(_counts(graph), "graph")]
+    if sleepers:
+        drawn.append((np.sum([one["counts"] for one in sleepers], axis=0), "five bare loops"))
+    for counts, label in drawn:
         merged = np.append(counts[0] + counts[1], counts[2:])  # the first bin begins at 0
         axes.stairs(merged / counts.sum(), edges, label=label, fill=True, alpha=0.5)
-    axes.axvline(1e6 / RATE, color="black", linewidth=0.8, linestyle="--", label="one period")
+    axes.axvline(1e6 / rate, color="black", linewidth=0.8, linestyle="--", label="one period")
     axes.set(xscale="log", yscale="log", xlabel="jitter / us", ylabel="share of wake-ups")
-    axes.set_title(f"{RATE:g} Hz real time")
+    axes.set_title(f"{rate:g} Hz real time")
     axes.legend()
     path.parent.mkdir(parents=True, exist_ok=True)
     figure.savefig(path, dpi=120)

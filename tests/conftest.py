@@ -1,6 +1,24 @@
-"""For all tests: genuine messages check their fields' types, as the stand-in's always do."""
+"""For all tests: messages check their fields' types; domains of their own for graphs."""
 
 import os
+import signal
+from collections.abc import Iterator
 
-# Read by rosidl's modules when they are imported.
+import pytest
+
+from .domains import domain
+
+# Genuine messages do so as the stand-in's always do; read by rosidl's modules at import.
 os.environ.setdefault("ROS_PYTHON_CHECK_FIELDS", "1")
+
+# A shell's background jobs ignore SIGINT, and so would what the tests start to send it to.
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+@pytest.fixture
+def own_domain(monkeypatch: pytest.MonkeyPatch) -> Iterator[int]:
+    """A ROS_DOMAIN_ID that no other test run on this machine uses at the time."""
+    with domain() as number:
+        monkeypatch.setenv("ROS_DOMAIN_ID", str(number))
+        yield number

@@ -98,7 +98,7 @@ class Bench(Node):
     def _on_level(self, message: Float64) -> None:
         self.levels.append(message.data)
 
-    def until(self, condition: Callable[[], bool], seconds: float = 20.0) -> bool:
+    def until(self, condition: Callable[[], bool], seconds: float = 60.0) -> bool:
         """Spin until a condition holds."""
         deadline = time.monotonic() + seconds
         while time.monotonic() < deadline:

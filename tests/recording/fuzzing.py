@@ -14,6 +14,7 @@ from pathlib import Path
 from types import FrameType
 
 import numpy as np
+import zstandard
 from mcap.writer import CompressionType, Writer
 from recording_samples import made
 from scipy.io import savemat
@@ -33,7 +34,7 @@ from ecyl_ros.recording.propose import propose
 from ecyl_ros.recording.survey import survey
 from ecyl_ros.recording.writer import write_recording
 
-KINDS = ("mcap", "sqlite3", "csv", "mat", "drive", "map", "metadata")
+KINDS = ("mcap", "sqlite3", "packed", "csv", "tables", "mat", "drive", "map", "metadata")
 SLOWEST_S = 10.0
 
 CONTROLLER_STATE = """std_msgs/Header header
@@ -187,6 +188,21 @@ signals:
   reference_position: {field: q, unit: deg, wrap: rev}
   injected_force: {field: f, unit: N}
 """
+# Every key that a map may have and neither of the others has.
+REST = """topic: /machine/state
+stamp: bag
+gap: 0.1
+rate: 1000
+signals:
+  rotor_position: {field: "position[0]", unit: deg, offset: 3, wrap: 360, stamp: header}
+  rod_position: {topic: /axis, field: x, joint: rod, unit: mm, resolution: 0.01}
+  rod_velocity: {field: v, unit: counts/s, counts_per_m: 1e6}
+"""
+TIMED = """time: {field: t, unit: ms, scale: 0.5, wrap: 16bit}
+signals:
+  rotor_velocity: {field: w, unit: rpm, scale: -0.1}
+  mode: m
+"""
 METADATA = """rosbag2_bagfile_information:
   version: 9
   storage_identifier: mcap
@@ -217,6 +233,7 @@ def seeds(folder: Path) -> dict[str, list[bytes]]:
     for i, source in enumerate(("own.mcap", "0.mcap")):
         as_sqlite(folder / source, folder / f"{i}.db3")
         out["sqlite3"].append((folder / f"{i}.db3").read_bytes())
+    out["packed"] = [zstandard.compress(one) for one in (out["mcap"][0], out["mcap"][1])]
     write_csv(recording, folder / "a.csv")
     out["csv"].append((folder / "a.csv").read_bytes())
     rows = "\n".join(f"{i};{0.001 * i:.4f};{i % 7}".replace(".", ",") for i in range(60))
@@ -225,6 +242,7 @@ def seeds(folder: Path) -> dict[str, list[bytes]]:
     out["csv"].append(f"# made\ntype,timestamp,positions\n{listed}\n".encode())
     out["csv"].append(b"\n".join(b"%d %g %g" % (i, 0.1 * i, 2.0) for i in range(60)))
     out["csv"] += [text.encode() for text in _machines()]
+    out["tables"] = list(out["csv"])
     time = np.arange(60) * 1e-3
     for options in ({}, {"do_compression": True}, {"format": "4"}):
         tree: dict[str, object] = {"t": time, "q": np.sin(time)[:, None], "kp": 3.0}
@@ -238,6 +256,8 @@ def seeds(folder: Path) -> dict[str, list[bytes]]:
     out["map"] = [
         MAP.encode(),
         COUNTED.encode(),
+        REST.encode(),
+        TIMED.encode(),
         b"time: {field: t, unit: ms}\nsignals: {rod_position: q}\n",
     ]
     out["metadata"] = [METADATA.encode(), METADATA.replace("mcap", "sqlite3").encode()]
@@ -274,7 +294,9 @@ def mutated(kind: str, data: bytes, others: list[bytes], random: np.random.Gener
     Text is changed by words as often as by bytes. Of bags every other one is changed in a message,
     a definition or a name and put together again, so that no checksum gives it away.
     """
-    if kind in ("csv", "drive", "map", "metadata") and random.random() < 0.7:
+    if kind == "packed" and random.random() < 0.5:  # what is in the frame, not the frame
+        return zstandard.compress(mutated("mcap", zstandard.decompress(data), [data], random))
+    if kind in ("csv", "tables", "drive", "map", "metadata") and random.random() < 0.7:
         return _reworded(data, random)
     if kind in ("mcap", "sqlite3") and random.random() < 0.5:
         return _remade(kind, data, random)
@@ -388,6 +410,12 @@ def _read_bag(path: Path) -> None:
         load_recording(path)
 
 
+def _read_tables(path: Path) -> None:
+    """A folder of tables, of which the second is whole."""
+    (path.parent / "b.csv").write_text("t,enc\n" + "".join(f"{i},{i}\n" for i in range(60)))
+    _read_bag(path.parent)
+
+
 def _read_map(path: Path) -> None:
     """Check it against a table first, entry by entry; then read it, which may refuse it."""
     table = path.parent / "table.csv"
@@ -415,7 +443,9 @@ def _read_metadata(path: Path) -> None:
 READERS: dict[str, tuple[str, Callable[[Path], None]]] = {
     "mcap": ("a.mcap", _read_bag),
     "sqlite3": ("a.db3", _read_bag),
+    "packed": ("a.mcap.zstd", _read_bag),
     "csv": ("a.csv", _read_bag),
+    "tables": ("a.csv", _read_tables),
     "mat": ("a.mat", _read_mat),
     "drive": ("drive.yaml", lambda path: load_drive(path) and None),
     "map": ("map.yaml", _read_map),

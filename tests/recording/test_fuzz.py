@@ -6,9 +6,29 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import yaml
 from fuzzing import KINDS, METADATA, mutated, seeds, tried
 
+from ecyl_ros.recording import map_file
+from ecyl_ros.recording.map_file import parse_map
+
 FILES = 120
+
+
+def test_every_key_of_a_map_is_among_what_is_changed(tmp_path: Path) -> None:
+    """A key that maps gain has to be in a file that the fuzzing begins with."""
+    found: set[str] = set()
+
+    def gather(tree: object) -> None:
+        if isinstance(tree, dict):
+            found.update(tree)
+            for value in tree.values():
+                gather(value)
+
+    for text in seeds(tmp_path)["map"]:
+        gather(yaml.safe_load(text))
+        assert parse_map(yaml.safe_load(text), "seed").signals
+    assert {*map_file._TOP, *map_file._ENTRY, *map_file._TIME} <= found
 
 
 @pytest.mark.parametrize("kind", KINDS)

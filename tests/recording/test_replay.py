@@ -1,7 +1,6 @@
 """Replay through a graph: runs where an rclpy is installed, ROS 2's own or rclpy_cyclone."""
 
 import hashlib
-import os
 import signal
 import subprocess
 import sys
@@ -19,11 +18,10 @@ pytest.importorskip("rclpy.node", reason="no rclpy installed", exc_type=ImportEr
 
 
 @pytest.fixture
-def graph(monkeypatch):
+def graph(monkeypatch, own_domain):
     """A graph of our own: another domain, on this machine alone."""
     import rclpy
 
-    monkeypatch.setenv("ROS_DOMAIN_ID", str(20 + os.getpid() % 200))
     monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
     rclpy.init()
     yield rclpy

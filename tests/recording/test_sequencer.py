@@ -73,11 +73,15 @@ def test_a_silent_topic_costs_bounded_memory():
     assert [stamp for _, stamp in out] == sorted(stamp for _, stamp in out)
 
 
-def test_late_and_double_messages_are_counted():
-    """A message behind its sample is passed on and counted; a second of one stamp is dropped."""
-    out, sequencer = ran([("/a", 1), ("/a", 1), ("/b", 1), ("/c", 1), ("/a", 2), ("/b", 0)])
-    assert out == [("/a", 1), ("/b", 1), ("/c", 1), ("/b", 0), ("/a", 2)]
-    assert (sequencer.duplicates, sequencer.late) == (1, 1)
+def test_late_and_double_messages_are_counted_and_no_topic_goes_back():
+    """Behind its sample a message is passed on only where its topic's stamps go on increasing."""
+    whole = [("/a", 1), ("/a", 1), ("/b", 1), ("/c", 1)]
+    out, sequencer = ran([*whole, ("/a", 2), ("/b", 0), ("/c", 1)])
+    assert out == [("/a", 1), ("/b", 1), ("/c", 1), ("/a", 2)]
+    assert (sequencer.duplicates, sequencer.late) == (2, 1)
+    out, sequencer = ran([("/a", 1), ("/a", 2), ("/b", 1), ("/b", 2)], max_pending=1)
+    assert out == [("/a", 1), ("/b", 1), ("/a", 2), ("/b", 2)]
+    assert (sequencer.duplicates, sequencer.late) == (0, 1)
 
 
 def test_unannounced_topics_are_errors():

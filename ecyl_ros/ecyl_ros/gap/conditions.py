@@ -24,7 +24,8 @@ def near_reversal(speed: FloatArray, step_s: float, times: int = 1) -> BoolArray
 def widened(where: BoolArray, step_s: float, times: int = 1) -> BoolArray:
     """bool[n], within `times` times 0.06 s of `where`."""
     width = times * max(1, round(_REVERSAL_S / step_s))
-    near: BoolArray = np.convolve(where, np.ones(2 * width + 1), mode="same") > 0.0
+    # Not mode="same", whose result is as long as the longer of the two: a live window may be short.
+    near: BoolArray = np.convolve(where, np.ones(2 * width + 1))[width : width + len(where)] > 0.0
     return near
 
 

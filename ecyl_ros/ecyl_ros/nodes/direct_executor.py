@@ -5,6 +5,9 @@ them and wrap the callback in a task: that costs more than the message's whole w
 are taken straight from the subscriptions, timers are called when they are due, and the wait set of
 the subscriptions is made once. Services, clients and events go through rclpy's executor, which is
 asked only when one of them has something, or now and then.
+
+For that it needs parts of rclpy that are not its public interface. An rclpy that has others gets
+its own executor, and a warning that says what was missing.
 """
 
 from __future__ import annotations
@@ -24,11 +27,33 @@ EVENTS_S = 5.0  # how often quality-of-service events are, which nobody waits fo
 EVENTS_BEFORE_S = 1.0  # the same until the first message has come: they tell why none does
 
 
-def make_executor() -> Executor:
-    """The quickest executor there is: rclpy_cyclone's own takes messages directly already."""
-    if "rclpy_cyclone" in (rclpy.__file__ or ""):
-        return SingleThreadedExecutor()
-    return DirectExecutor()
+def make_executor(*nodes: Any) -> Executor:
+    """The quickest executor there is for these nodes, which it then has.
+
+    rclpy_cyclone's own takes messages directly already.
+    """
+    executor = SingleThreadedExecutor() if takes_directly() else DirectExecutor()
+    for node in nodes:
+        executor.add_node(node)
+    lacking = executor.lacking() if isinstance(executor, DirectExecutor) else None
+    if lacking is None:
+        return executor
+    nodes[0].get_logger().warning(
+        f"this rclpy lets no messages be taken directly ({lacking}): its own executor spins the "
+        "nodes, at a lower rate"
+    )
+    for node in nodes:
+        executor.remove_node(node)
+    executor.shutdown()
+    executor = SingleThreadedExecutor()
+    for node in nodes:
+        executor.add_node(node)
+    return executor
+
+
+def takes_directly() -> bool:
+    """Whether rclpy's own executor takes messages straight from the subscriptions."""
+    return "rclpy_cyclone" in (rclpy.__file__ or "")
 
 
 class _Inbox:
@@ -39,6 +64,11 @@ class _Inbox:
         self._take = subscription.handle.take_message
         self._type, self._raw = subscription.msg_type, subscription.raw
         self._subscription = subscription
+
+    def try_out(self) -> None:
+        """Raise if a message could not be taken or handed over."""
+        if not (callable(self._take) and callable(self._subscription.callback)):
+            raise TypeError("take_message or callback cannot be called")
 
     def serve(self) -> bool:
         """Whether there was a message."""
@@ -68,6 +98,26 @@ class DirectExecutor(SingleThreadedExecutor):
         self._wait_set: Any = None
         self._next_rest = self._next_events = 0.0
         self._heard = False
+
+    def lacking(self) -> str | None:
+        """What this rclpy refuses of all that spinning needs; None if it has all.
+
+        Everything is tried once on the nodes' own entities; no message is taken.
+        """
+        try:
+            nodes = self.get_nodes()
+            self._gather(nodes)
+            for inbox in (*self._waited, *self._batched):
+                inbox.try_out()
+            self._wait(0)
+            self._something_else(nodes)
+            for timer in [timer for node in nodes for timer in node.timers]:
+                with timer.handle:
+                    _call_of(timer.handle)
+                timer.is_ready(), timer.is_canceled(), timer.time_until_next_call()
+        except Exception as error:  # whatever another version makes of it
+            return f"{type(error).__name__}: {str(error).splitlines()[0] if str(error) else ''}"
+        return None
 
     def can_execute(self, entity: Any) -> bool:
         """Whether rclpy's part is to run the entity: not what is taken here."""
@@ -114,13 +164,19 @@ class DirectExecutor(SingleThreadedExecutor):
         """Until a message that is waited for has come, at most so long."""
         if seconds <= 0.0:
             return
-        if not self._waited:
+        if self._waited:
+            self._wait(int(seconds * 1e9))
+        else:
             time.sleep(seconds)
+
+    def _wait(self, nanoseconds: int) -> None:
+        """Until a message that is waited for has come, at most so long; not at all if none is."""
+        if not self._waited:
             return
         self._wait_set.clear_entities()
         for inbox in self._waited:
             self._wait_set.add_subscription(inbox.handle)
-        self._wait_set.wait(int(seconds * 1e9))
+        self._wait_set.wait(nanoseconds)
 
     def _look(self, now: float) -> float:
         """Call timers that are due and serve the rest; when the next timer is due, s."""
@@ -129,7 +185,7 @@ class DirectExecutor(SingleThreadedExecutor):
         for timer in [timer for node in nodes for timer in node.timers]:
             if timer.is_ready():
                 with timer.handle:
-                    _call(timer.handle)
+                    _call_of(timer.handle)()
                 timer.callback()
             if not timer.is_canceled():
                 nearest_ns = min(nearest_ns, timer.time_until_next_call())
@@ -181,10 +237,10 @@ class DirectExecutor(SingleThreadedExecutor):
         return bool(found.get_ready_entities("service") or found.get_ready_entities("client"))
 
 
-def _call(handle: Any) -> None:
-    """Tell rcl that a timer has been called, whichever way this rclpy has."""
+def _call_of(handle: Any) -> Callable[[], Any]:
+    """What tells rcl that a timer has been called, whichever way this rclpy has."""
     call: Callable[[], Any] = getattr(handle, "call_timer_with_info", None) or handle.call_timer
-    call()
+    return call
 
 
 def _wait_set(context: Any, subscriptions: int = 0, clients: int = 0, services: int = 0) -> Any:

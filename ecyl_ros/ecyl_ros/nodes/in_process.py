@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
@@ -58,13 +59,12 @@ def _run(
     nodes: dict[str, DriveNode] = {}
     rclpy.init(args=["ecyl", "--ros-args", "--log-level", log_level])
     try:
-        executor = make_executor()
         for name in names:
             overrides = [
                 Parameter(key, value=value) for key, value in parameters.get(name, {}).items()
             ]
             nodes[name] = CLASSES[name](cli_args=arguments, parameter_overrides=overrides)
-            executor.add_node(nodes[name])
+        executor = make_executor(*nodes.values())
         nodes["plant"].create_timer(PROGRESS_S, progress)
         for name in ("plant", "recorder"):
             if name in nodes:
@@ -77,10 +77,11 @@ def _run(
         # A signal has shut the context down while a callback ran; what it publishes then fails.
         raise KeyboardInterrupt from None
     finally:
-        for node in nodes.values():
-            node.close()
-            node.destroy_node()
-        rclpy.try_shutdown()
+        with contextlib.ExitStack() as ending:  # all of it, whatever of it fails
+            ending.callback(rclpy.try_shutdown)
+            for node in reversed(nodes.values()):
+                ending.callback(node.destroy_node)
+                ending.callback(node.close)
 
 
 def _spin(executor: Executor, nodes: Mapping[str, DriveNode], name: str) -> None:

@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from .launcher import FIRST, processors
+from .launcher import processors
 
 if TYPE_CHECKING:
     from launch.actions import DeclareLaunchArgument
@@ -75,7 +75,7 @@ def drive_node(
     from launch_ros.actions import Node
     from launch_ros.parameter_descriptions import ParameterValue
 
-    given = ",".join(map(str, sorted(processors(name in FIRST))))
+    given = ",".join(map(str, sorted(processors(name))))
     placed = {"processors": ParameterValue(given, value_type=str)}
     return Node(
         package=PACKAGE,

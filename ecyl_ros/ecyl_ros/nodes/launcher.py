@@ -20,12 +20,16 @@ from typing import Any
 
 # Plant and controller come first; who only listens can wait a little when the machine is busy.
 FIRST = ("plant", "controller")
+REFERENCE = "reference"
 LISTENING = ("analyser", "recorder")
 BACKGROUND_NICE = 5
 NO_SPIN = {"RCLPY_CYCLONE_SPIN_US": "0"}  # heeded by rclpy_cyclone only
 NODES = ("recorder", "analyser", "reference", "controller", "plant")
 END_PATIENCE_S = 15.0  # for the recorder to get the last samples after the plant is through
-STOP_PATIENCE_S = 5.0
+# For the others to end, and then for the recorder to close its file: together no more than 5 s.
+# A node may be kept in a publication until DDS misses a killed listener, for 10 s.
+STOP_PATIENCE_S = 2.0
+CLOSE_PATIENCE_S = 2.5
 POLL_S = 0.02
 
 _PR_SET_PDEATHSIG = 1
@@ -66,18 +70,21 @@ class GraphError(Exception):
     """A node ended before its time; the message names it."""
 
 
-def processors(first: bool) -> set[int]:
+def processors(name: str) -> set[int]:
     """Where a node is to run: those of FIRST share a processor, the others have the rest.
 
     Plant and controller never work at the same time, they answer each other. On one processor
-    an answer costs a switch of tasks; on two, a processor has to be woken from its sleep.
+    an answer costs a switch of tasks; on two, a processor has to be woken from its sleep. The
+    reference stays on one of the rest, where it may ask to run before others.
     """
     if not hasattr(os, "sched_setaffinity"):
         return set()
     usable = sorted(os.sched_getaffinity(0))
     if len(usable) < 2:
         return set(usable)
-    return set(usable[-1:] if first else usable[:-1])
+    if name in FIRST:
+        return set(usable[-1:])
+    return set(usable[-2:-1] if name == REFERENCE else usable[:-1])
 
 
 def prepare_child(nice: int, processors: set[int]) -> None:
@@ -129,13 +136,12 @@ class NodeProcesses:
             for key, value in self._parameters.get(name, {}).items():
                 command += ["-p", f"{key}:={_yaml_word(value)}"]
             environment = os.environ | ({} if name in self._spinning else NO_SPIN)
-            first = name in FIRST
             # A session of its own: Ctrl-C reaches the launcher, which ends the nodes in order.
             self.processes[name] = subprocess.Popen(
                 command,
                 start_new_session=True,
                 preexec_fn=partial(
-                    prepare_child, BACKGROUND_NICE if name in LISTENING else 0, processors(first)
+                    prepare_child, BACKGROUND_NICE if name in LISTENING else 0, processors(name)
                 ),
                 env=environment,
             )
@@ -169,10 +175,12 @@ class NodeProcesses:
 
     def __exit__(self, *_: object) -> None:
         # The plant first and the recorder last: what was sent until then is heard and kept.
-        deadline = time.monotonic() + STOP_PATIENCE_S
         between = [name for name in self.processes if name not in ("plant", "recorder")]
-        for names in (["plant"], between, ["recorder"]):
+        deadline = time.monotonic() + STOP_PATIENCE_S
+        for names in (["plant"], between):
             self._end([self.processes[name] for name in names if name in self.processes], deadline)
+        if "recorder" in self.processes:
+            self._end([self.processes["recorder"]], time.monotonic() + CLOSE_PATIENCE_S)
 
     @staticmethod
     def _end(processes: Sequence[subprocess.Popen], deadline: float) -> None:

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-import array
 import contextlib
 import dataclasses
+import math
 import os
+from collections import deque
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -13,8 +15,13 @@ import numpy as np
 
 from ..drive.parameters import DriveParameters
 
-MAX_KEPT = 4_000_000  # lateness values kept: an hour at 1 kHz
-RECENT = 1000  # of them, for the figures while running
+RECENT = 1000  # ticks, for the figures while running
+# Bins that jitter is counted in, a hundred for each factor of ten from 1 us to 10 s, one below and
+# one beyond: however long a run lasts it takes no more memory, and quantiles are 1 % off at most.
+_SMALLEST_EXPONENT, _DECADES, _PER_DECADE = -6, 7, 100
+_QUANTILES = (0.5, 0.99, 0.999)
+# Of the histogram that is told: ten for each factor of ten from 10 us to 0.1 s.
+_TOLD_EXPONENTS, _TOLD_PER_DECADE = (-5, -1), 10
 
 # How long input may stay away until the drive is brought to rest: what fieldbus drives commonly
 # wait, and more than a hiccup of a desktop's scheduler; at a low control rate some ticks at least.
@@ -107,7 +114,8 @@ class TickTiming:
         self.stale = 0
         self.missed = 0
         self.shorted = 0  # times the watchdog took the voltage away
-        self.jitter_s = array.array("d")
+        self.recent_s: deque[float] = deque(maxlen=RECENT)  # jitter of the newest ticks
+        self._jitter_counts = [0] * (_DECADES * _PER_DECADE + 2)
         self._begin = 0.0
         self._command_ns = -1
         self._due = 0
@@ -122,8 +130,10 @@ class TickTiming:
         due = int((now - self._begin) * self.rate) + 1 - tick
         for behind in range(max(due, 0)):
             lateness = now - (self._begin + (tick + behind) / self.rate)
-            if len(self.jitter_s) < MAX_KEPT:
-                self.jitter_s.append(lateness)
+            self.recent_s.append(lateness)
+            self._jitter_counts[_bin(lateness)] += 1
+            if lateness > self._largest_s:
+                self._largest_s = lateness
         self._due = due
         return max(due, 0)
 
@@ -140,8 +150,8 @@ class TickTiming:
         self.missed += late or stale
         self._due -= 1
 
-    def _counts(self, ticks: int, jitter: np.ndarray) -> dict:
-        p50, p99, p999 = np.quantile(jitter, (0.5, 0.99, 0.999)).tolist()
+    def _figures(self, ticks: int, quantiles_s: Sequence[float]) -> dict:
+        p50, p99, p999 = quantiles_s
         return {
             "late_ticks": self.late,
             "stale_ticks": self.stale,
@@ -159,15 +169,37 @@ class TickTiming:
 
         Cheap enough to be asked for between two ticks.
         """
-        recent = np.array(self.jitter_s[-RECENT:] or [0.0])
-        self._largest_s = max(self._largest_s, float(recent.max()))
-        return self._counts(ticks, recent)
+        recent = np.array(self.recent_s or [0.0])
+        return self._figures(ticks, np.quantile(recent, _QUANTILES).tolist())
 
     def figures(self, ticks: int) -> dict:
         """The same over the whole run, and a histogram of jitter (edges in s, counts)."""
-        jitter = np.array(self.jitter_s or [0.0])
-        self._largest_s = float(jitter.max())
-        edges = np.concatenate([[0.0], np.logspace(-5, -1, 41), [np.inf]])
-        counts, _ = np.histogram(np.maximum(jitter, 0.0), edges)
-        histogram = {"edges_s": edges[1:-1].tolist(), "counts": counts.tolist()}
-        return self._counts(ticks, jitter) | {"jitter_histogram": histogram}
+        counts = np.array(self._jitter_counts)
+        quantiles = [0.0] * len(_QUANTILES)
+        if counts.any():
+            reached = np.cumsum(counts) / counts.sum()
+            inside = [int(np.argmax(reached >= quantile)) for quantile in _QUANTILES]
+            quantiles = [min(_middle(index), self._largest_s) for index in inside]
+        low, high = _TOLD_EXPONENTS
+        finer = _PER_DECADE // _TOLD_PER_DECADE
+        first = (low - _SMALLEST_EXPONENT) * _PER_DECADE + 1
+        last = (high - _SMALLEST_EXPONENT) * _PER_DECADE + 1
+        told = [counts[:first].sum(), *counts[first:last].reshape(-1, finer).sum(axis=1)]
+        edges = np.logspace(low, high, _TOLD_PER_DECADE * (high - low) + 1)
+        histogram = {
+            "edges_s": edges.tolist(),
+            "counts": [int(count) for count in (*told, counts[last:].sum())],
+        }
+        return self._figures(ticks, quantiles) | {"jitter_histogram": histogram}
+
+
+def _bin(lateness_s: float) -> int:
+    if lateness_s < 10.0**_SMALLEST_EXPONENT:
+        return 0
+    place = int((math.log10(lateness_s) - _SMALLEST_EXPONENT) * _PER_DECADE)
+    return min(place, _DECADES * _PER_DECADE) + 1
+
+
+def _middle(index: int) -> float:
+    """The geometric middle of a bin, s."""
+    return 10.0 ** (_SMALLEST_EXPONENT + (index - 0.5) / _PER_DECADE) if index else 0.0

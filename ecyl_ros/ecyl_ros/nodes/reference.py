@@ -27,6 +27,7 @@ from ..errors import InputError
 from . import wire
 from .drive_node import DriveNode
 from .ready_bytes import Outgoing
+from .realtime import run_as_others, run_first
 from .run_node import run_node
 
 # Samples ahead of the plant. What a live setpoint changes is said anew from the next sample on, so
@@ -68,6 +69,7 @@ class ReferenceGenerator(DriveNode):
         self._epoch_ns: int | None = None
         self._next = 0
         self._plant_sample = 0
+        self._waiting_ns: int | None = None  # stamp the plant last said it waits at
         self._rod_position = 0.0
 
         self._leads = False  # whether a sample of ours was said when its time had come
@@ -125,6 +127,8 @@ class ReferenceGenerator(DriveNode):
             self.get_logger().info("the plant began anew: the reference starts over")
             self._reference = self._make()
         self._epoch_ns = wire.to_ns(message)
+        if self._realtime and self._follower:
+            run_first()  # a setpoint's way to the controller; where refused, the plant says so
         self._next = self._plant_sample = 0
         self._ahead.clear()
         self._before = None
@@ -133,19 +137,46 @@ class ReferenceGenerator(DriveNode):
     def _on_joint_states(self, message: JointState) -> None:
         if len(message.position) > 1 and math.isfinite(message.position[1]):
             self._rod_position = message.position[1]
+        self._waiting_ns = None
         self._advance(wire.to_ns(message.header.stamp))
 
     def _on_waiting(self, message: Time) -> None:
-        """The plant stands still, perhaps for want of what the reference said before it ended."""
-        self._advance(wire.to_ns(message))
+        """The plant stands still, perhaps for want of what the reference said before it ended.
+
+        Or because the reference is ahead of it: a plant that was killed may be heard once more when
+        the one after it has begun. Said twice of one tick, that is so.
+        """
+        stamp_ns = wire.to_ns(message)
+        again, self._waiting_ns = stamp_ns == self._waiting_ns, stamp_ns
+        if again and self._epoch_ns is not None:
+            sample = self._sample_at(stamp_ns)
+            if sample < self._plant_sample:
+                self.get_logger().info(f"the plant stands at sample {sample}: back to it")
+                self._plant_sample = sample
+                self._begin_at(sample)
+        self._advance(stamp_ns)
+
+    def _sample_at(self, stamp_ns: int) -> int:
+        """The newest sample at a stamp of the run."""
+        ticks = round((stamp_ns - (self._epoch_ns or 0)) * self._rate / NANOSECONDS)
+        return ticks // self._every
+
+    def _begin_at(self, sample: int) -> None:
+        """Say what is to come from this sample on, a follower from where the rod is."""
+        self._next = sample
+        self._ahead.clear()
+        self._before = None
+        if isinstance(self._reference, SetpointFollower):
+            self._reference = SetpointFollower(
+                self.drive.limits, 1.0 / self.drive.sample_rate, self._rod_position
+            )
 
     def _advance(self, stamp_ns: int) -> None:
         """Publish what is due when the plant has reached `stamp_ns`."""
         self.heard_partner()
         if self._epoch_ns is None:
             return
-        ticks = round((stamp_ns - self._epoch_ns) * self._rate / NANOSECONDS)
-        sample = ticks // self._every
+        sample = self._sample_at(stamp_ns)
         if sample < self._plant_sample:
             return  # a message of the run before
         self._plant_sample = sample
@@ -157,15 +188,13 @@ class ReferenceGenerator(DriveNode):
     def _go_on_at(self, sample: int) -> None:
         """Leave out samples that are over: the run went on before we came, or while we waited."""
         self.skipped += sample - self._next
+        if not self._leads:
+            self.get_logger().info(f"joining the run at sample {sample}")
+            self._begin_at(sample)
+            return
         if isinstance(self._reference, SetpointFollower):
-            if not self._leads:
-                self.get_logger().info(f"joining the run at sample {sample}")
-                self._reference = SetpointFollower(
-                    self.drive.limits, 1.0 / self.drive.sample_rate, self._rod_position
-                )
-            else:  # what is followed goes on where it would be by now
-                for index in range(self._next, sample):
-                    self._reference.sample(index / self.drive.sample_rate)
+            for index in range(self._next, sample):  # what it follows goes on where it would be
+                self._reference.sample(index / self.drive.sample_rate)
         self._next = sample
         self._ahead.clear()
         self._before = None
@@ -281,6 +310,8 @@ class ReferenceGenerator(DriveNode):
 
     def close(self) -> None:
         """Say what a real-time run was short of."""
+        if self._realtime:
+            run_as_others()
         if self._realtime and self.skipped:
             self.last_words(f"{self.skipped} samples were over before they could be said")
 

@@ -87,10 +87,10 @@ def measure(rate: float, *, together: bool = False) -> RoundTrip:
     together: within one process, as all nodes will be. Takes two or three seconds. Raises
     InputError if no message came back.
     """
-    from .launcher import prepare_child, processors
+    from .launcher import FIRST, prepare_child, processors
 
     topic = f"ecyl/round_trip/p{time.time_ns()}"
-    here = set() if together else processors(True)
+    here = set() if together else processors(FIRST[0])
     start = partial(
         subprocess.Popen,
         stdout=subprocess.PIPE,
@@ -231,18 +231,16 @@ def take_part(topic: str, role: str, rate: float) -> int:
     from .realtime import run_first
 
     rclpy.init(args=[])
-    executor = make_executor()
-    nodes = []
-    for name in ("echo", "ping") if role == "both" else (role,):
-        nodes.append(Node(f"ecyl_{name}", start_parameter_services=False))
-        executor.add_node(nodes[-1])
+    names = ("echo", "ping") if role == "both" else (role,)
+    nodes = [Node(f"ecyl_{name}", start_parameter_services=False) for name in names]
     if role != "ping":
         _echo(nodes[0], topic)
+    ping = _Ping(nodes[-1], topic, rate) if role != "echo" else None
+    executor = make_executor(*nodes)
     run_first()
-    if role == "echo":
+    if ping is None:
         executor.spin()
         return 0
-    ping = _Ping(nodes[-1], topic, rate)
     executor.spin_until_future_complete(ping.done, PATIENCE_S)
     took = sorted(ping.took)
     if len(took) < LEAST:

@@ -27,11 +27,11 @@ def run_node(make: Callable[[], DriveNode], args: Sequence[str] | None = None) -
 
 def _run(make: Callable[[], DriveNode], args: Sequence[str] | None) -> int:
     node: DriveNode | None = None
+    said = ""
     rclpy.init(args=args)
     try:
         node = make()
-        executor = make_executor()
-        executor.add_node(node)
+        executor = make_executor(node)
         if node.batch_s and not isinstance(executor, DirectExecutor):
             _spin_in_batches(executor, node)
         else:
@@ -39,20 +39,29 @@ def _run(make: Callable[[], DriveNode], args: Sequence[str] | None) -> int:
     except (KeyboardInterrupt, ExternalShutdownException):
         pass
     except InputError as error:
-        print(f"ecyl: {error}", file=sys.stderr)
-        return 2
+        said = _say(error)
     except Exception:
         if rclpy.ok():
             raise
         # A signal has shut the context down while a callback ran; what it publishes then fails.
     finally:
         if node is not None:
-            node.close()
+            try:
+                node.close()
+            except InputError as error:  # of a disk that is full perhaps once more
+                said = said or _say(error)
             node.destroy_node()
         rclpy.try_shutdown()
+    if said:
+        return 2
     if node is not None and node.done.done():
         return node.done.result()[0]
     return 0
+
+
+def _say(error: InputError) -> str:
+    print(f"ecyl: {error}", file=sys.stderr)
+    return str(error)
 
 
 def _spin_in_batches(executor: Executor, node: DriveNode) -> None:

@@ -28,10 +28,12 @@ class SampleSequencer:
 
     Attributes:
         incomplete: samples released without all their topics.
-        late: messages that came after their sample had been released, or a later one; they are
-            passed on at once, out of order.
-        duplicates: second messages of one topic with the same stamp in a waiting sample; the first
-            is kept.
+        late: messages that came after their sample had been released, or a later one. They are
+            passed on at once, out of order, unless their own topic has gone on: within a topic
+            stamps increase, which is what readers rely on. A drive that begins anew in lockstep,
+            from stamp 0, is for another recording.
+        duplicates: second messages of one topic with the same stamp; the first is kept. A
+            controller that was killed and started again answers the last measurement once more.
     """
 
     def __init__(
@@ -52,6 +54,7 @@ class SampleSequencer:
         self._stamps: list[int] = []  # heap of the keys of _samples
         self._reached: dict[str, int | None] = dict.fromkeys(topics)
         self._released: int | None = None
+        self._written: dict[str, int | None] = dict.fromkeys(topics)
         self.incomplete = 0
         self.late = 0
         self.duplicates = 0
@@ -60,8 +63,13 @@ class SampleSequencer:
         """Take one message in; KeyError for a topic that was not announced."""
         reached = self._reached[topic]
         if self._released is not None and stamp_ns <= self._released:
+            last = self._written[topic]
+            if stamp_ns == last:
+                self.duplicates += 1
+                return
             self.late += 1
-            self._sink(topic, cdr, stamp_ns)
+            if last is None or stamp_ns > last:
+                self._pass_on(topic, cdr, stamp_ns)
             return
         if reached is None or stamp_ns > reached:
             self._reached[topic] = stamp_ns
@@ -106,4 +114,8 @@ class SampleSequencer:
             self.incomplete += 1
         for topic in self._topics:
             if topic in sample:
-                self._sink(topic, sample[topic], stamp_ns)
+                self._pass_on(topic, sample[topic], stamp_ns)
+
+    def _pass_on(self, topic: str, cdr: bytes, stamp_ns: int) -> None:
+        self._written[topic] = stamp_ns
+        self._sink(topic, cdr, stamp_ns)
