@@ -136,7 +136,7 @@ def test_a_sound_machine_off_its_sheet_is_within_it() -> None:
     result = diagnose(record_case(case, drive), drive)
     assert result.verdict == "within_sheet" and result.causes == () and result.block is None
     assert result.shrink > 0.97
-    true = true_constants(Stage.of(3, drive, 0.02).with_effects({}, 3))
+    true = true_constants(Stage.of(3, drive, 0.02).with_effects({}, 3), drive)
     seen = [one for one in result.sheet if one.seen]
     inside = [one.low <= true[one.parameter] <= one.high for one in seen]
     assert len(seen) >= 8 and np.mean(inside) >= 0.8

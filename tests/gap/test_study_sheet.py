@@ -16,6 +16,7 @@ from ecyl_ros.gap.study.cylinder.nuisances import Nuisances
 from ecyl_ros.gap.study.cylinder.physics import nominal_physics
 from ecyl_ros.gap.study.cylinder.sheet import (
     draw_errors,
+    draw_feed,
     leaving_the_sheet,
     off_sheet,
     stated_tolerances,
@@ -79,11 +80,23 @@ def test_every_uncertain_constant_of_the_machine_moves_by_its_error() -> None:
     """Nominal times one plus its error, constant by constant; gains and limits stay."""
     errors = {key: 0.01 * (1 + row) for row, key in enumerate(CONSTANTS)}
     machine = off_sheet(nominal_physics(DRIVE), errors)
-    for key, value in true_constants(machine).items():
+    true = true_constants(machine, DRIVE)
+    assert true.pop("controller.feed_scale") == 1.0
+    for key, value in true.items():
         assert value == pytest.approx(CONSTANTS[key] * (1.0 + errors[key]), rel=1e-12), key
     plain = nominal_physics(DRIVE)
     for name in ("position_kp", "speed_kp", "speed_ki", "current_kp", "current_ki", "gear_ratio"):
         assert getattr(machine, name) == getattr(plain, name)
+
+
+def test_half_of_the_controllers_know_the_true_lead() -> None:
+    """The feed constant is off by the lead's error or not at all, and the rotor goes that way."""
+    rng, errors = np.random.default_rng(4), {"transmission.lead": 0.01}
+    drawn = [draw_feed(rng, errors)["controller.feed_scale"] for _ in range(2000)]
+    assert set(drawn) == {0.0, 0.01} and np.mean(drawn) == pytest.approx(0.005, abs=5e-4)
+    machine = off_sheet(nominal_physics(DRIVE), {"controller.feed_scale": 0.01})
+    assert true_constants(machine, DRIVE)["controller.feed_scale"] == pytest.approx(1.01)
+    assert machine.rod_per_rotor == nominal_physics(DRIVE).rod_per_rotor
 
 
 def test_the_controller_believes_the_sheet() -> None:

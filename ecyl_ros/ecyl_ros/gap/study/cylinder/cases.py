@@ -201,7 +201,7 @@ def complete_case(case: Case, setup_of: DriveParameters | Setup | Callable[[int]
             effects=effects,
             gaps=gaps,
             facts=setup.facts,
-            constants=true_constants(stage.with_effects(effects, seed)),
+            constants=true_constants(stage.with_effects(effects, seed), setup.drive),
             tolerances=stated_tolerances(case.sheet),
             nominal={
                 name: {key: held[name, key] for key in values if (name, key) in held}

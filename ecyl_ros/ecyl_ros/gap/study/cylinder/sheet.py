@@ -78,8 +78,8 @@ def off_sheet(machine: Physics, errors: Mapping[str, float]) -> Physics:
     )
 
 
-def true_constants(machine: Physics) -> Values:
-    """What the constants of the sheet are in a machine, by key of the drive file, SI."""
+def true_constants(machine: Physics, drive: DriveParameters) -> Values:
+    """What the constants of the sheet, `drive`, are in a machine, by key of the drive file, SI."""
     return {
         "motor.resistance": machine.resistance,
         "motor.inductance": machine.inductance,
@@ -88,6 +88,7 @@ def true_constants(machine: Physics) -> Values:
         "motor.rotor_inertia": machine.rotor_inertia,
         "motor.viscous_friction": machine.rotor_viscous,
         LEAD: 2.0 * np.pi * machine.gear_ratio * machine.rod_per_rotor,
+        FEED: machine.nominal_rod_per_rotor / drive.transmission.rod_per_rotor,
         "transmission.backlash": 2.0 * machine.half_backlash,
         "transmission.stiffness": machine.stiffness[0],
         "transmission.contact_damping": machine.contact_damping,
