@@ -32,7 +32,7 @@ SWEEP = ["sensitivity", "--drive", "drive.yaml", "--vary", "stiffness=1"]
 @pytest.mark.parametrize(
     ("words", "why"),
     [
-        ([*DIAGNOSE, "--json", "rest.mcap"], "--json rest.mcap: is RECORDING too"),
+        ([*DIAGNOSE, "--json", "rest.mcap"], "--json rest.mcap: is RECORDING rest.mcap too"),
         ([*DIAGNOSE, "--write-drive", "drive.yaml"], "--write-drive drive.yaml: is --drive too"),
         ([*DIAGNOSE, "--report", "map.yaml"], "--report map.yaml: is --map too"),
         ([*DIAGNOSE, "--report", "a", "--json", "a"], "--report a: is --json too"),

@@ -50,6 +50,8 @@ def _course() -> SimpleNamespace:
     position, velocity = 1.3 * np.sin(2.0 * T) + 0.2 * T, 2.6 * np.cos(2.0 * T) + 0.2
     return SimpleNamespace(
         time_s=T,
+        own_s=T,
+        parts=(slice(0, T.size),),
         rate_hz=1000.0,
         position=position,
         raw_position=position,

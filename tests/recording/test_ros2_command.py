@@ -63,8 +63,8 @@ def completions(tmp_path: Path, line: str) -> set[str]:
 
 
 def test_the_shell_completes_verbs_and_flags(tmp_path: Path) -> None:
-    """Behind `ecyl in` comes inspect; behind `ecyl inspect --` come its flags and no others."""
-    assert completions(tmp_path, "ecyl in") == {"inspect"}
+    """Behind `ecyl ins` comes inspect; behind `ecyl inspect --` come its flags and no others."""
+    assert completions(tmp_path, "ecyl ins") == {"inspect"}
     flags = completions(tmp_path, "ecyl inspect --")
     assert {"--write-map", "--json", "--all"} <= flags
     assert "--drive" not in flags

@@ -193,7 +193,7 @@ def _filter(name: str, field: str, low: float, high: float) -> Imposed:
 
 
 def _put_feed_constant(machine: Physics, values: Values, phases: np.ndarray) -> None:
-    machine.nominal_rod_per_rotor *= values["scale"]
+    machine.nominal_rod_per_rotor *= 1.0 + values["error"]
 
 
 _ROTOR = "motor_mechanical"
@@ -226,7 +226,7 @@ _CONTROLLER = [
     Imposed(
         "x_feed_constant",
         "controller",
-        lambda d: {"scale": 1.0 + d.side() * d.within(1e-3, 2e-2)},
+        lambda d: {"error": d.side() * d.within(1e-3, 2e-2)},
         _put_feed_constant,
         twin="feed_constant_error",
     ),
