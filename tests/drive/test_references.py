@@ -109,6 +109,14 @@ def test_setpoint_is_followed_within_limits() -> None:
     assert samples[-1] == pytest.approx((0.05, 0.0), abs=1e-9)
 
 
+def test_two_setpoints_within_a_sample_have_that_sample_for_their_way() -> None:
+    """Of two at one instant the second counts by its distance over one sample, no less."""
+    follower = SetpointFollower(load_drive("bench").limits, 1e-3)
+    assert follower.offer(0.01, 1.0) is None
+    assert follower.offer(0.01 + 0.4e-3, 1.0) is None
+    assert "asks for" in follower.offer(0.01 + 1.2e-3, 1.0)
+
+
 @pytest.mark.parametrize(
     ("position", "reason"),
     [

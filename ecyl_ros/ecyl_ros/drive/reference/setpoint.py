@@ -62,7 +62,7 @@ class SetpointFollower:
         """Take a setpoint that arrived at `time_s`; returns why it is refused, or None.
 
         The speed a setpoint asks for is its distance from the last accepted one over the time
-        since that one (since the start for the first).
+        since that one (since the start for the first), one sample at least.
         """
         reason = self._objection(position_m, time_s)
         if reason is None:
@@ -130,10 +130,11 @@ class SetpointFollower:
                 f"{limits.stroke_min:g} to {limits.stroke_max:g} m"
             )
         distance = abs(position_m - self._input.target_position[0])
-        elapsed = time_s - self._last_time_s
+        # Two may arrive between two samples, as in lockstep while the plant waits.
+        elapsed = max(time_s - self._last_time_s, self._period_s)
         if distance > limits.speed * elapsed * (1.0 + 1e-9):
             return (
-                f"setpoint {position_m:g} m asks for {distance:g} m in {max(elapsed, 0.0):g} s, "
+                f"setpoint {position_m:g} m asks for {distance:g} m in {elapsed:g} s, "
                 f"expected at most {limits.speed:g} m/s"
             )
         return None
