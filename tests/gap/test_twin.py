@@ -11,6 +11,7 @@ from report_samples import backlash, coulomb, diagnosis
 
 from ecyl_ros.drive.drive_file import config_folder, load_drive, profiles
 from ecyl_ros.errors import InputError
+from ecyl_ros.gap.diagnosis import SheetValue
 from ecyl_ros.gap.drive_text import add_effects
 from ecyl_ros.gap.twin import write_twin
 
@@ -105,6 +106,23 @@ def test_drive_files_of_any_layout_are_added_to(change, tmp_path: Path) -> None:
         assert changed.count("\n") == changed.count("\r\n")
     for comment in ("# known", "# the end"):
         assert (comment in text) == (comment in changed)
+
+
+def test_a_constant_that_the_file_leaves_to_its_default_is_written_as_found(tmp_path: Path) -> None:
+    """Contact damping and feed scale were found but are not in the file: each goes to its group."""
+    text = "".join(line for line in BENCH.splitlines(True) if "contact_damping" not in line)
+    nominal, out = tmp_path / "nominal.yaml", tmp_path / "twin.yaml"
+    nominal.write_text(text)
+    found = {"transmission.contact_damping": 0.149, "controller.feed_scale": 1.0001}
+    sheet = tuple(
+        SheetValue(key, "", 0.0, 1.0, value, value, value, seen=True, stated=True)
+        for key, value in found.items()
+    )
+    write_twin(dataclasses.replace(BOTH, sheet=sheet), nominal, out)
+    drive = load_drive(out)
+    assert drive.transmission.contact_damping == 0.149 and drive.controller.feed_scale == 1.0001
+    lines = out.read_text().splitlines()
+    assert [line for line in text.splitlines() if line not in lines] == []
 
 
 def test_a_file_that_cannot_be_added_to_is_refused_whole(tmp_path: Path) -> None:

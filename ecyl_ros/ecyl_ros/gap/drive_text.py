@@ -49,6 +49,11 @@ def with_values(text: str, values: Mapping[str, float | list[float]]) -> str:
     return text
 
 
+def holds(text: str, key: str) -> bool:
+    """Whether the text of a drive file has something under a dotted key."""
+    return any(True for section in sections(text) for _ in _nodes(section, key))
+
+
 def sections(text: str) -> Iterator[yaml.MappingNode]:
     """Every block of parameters in a drive file."""
     root = yaml.compose(text, Loader=yaml.SafeLoader)

@@ -26,11 +26,10 @@ from ..effects.catalogue import CATALOGUE
 from ..errors import InputError
 from ..recording.atomic import replacing
 from .diagnosis import Diagnosis
-from .drive_text import Effects, add_effects, add_values, with_values
+from .drive_text import Effects, add_effects, add_values, holds, with_values
 from .rigid.closest import WRITTEN
 
 _DIGITS = 9
-_FEED = "controller.feed_scale"
 
 
 def write_twin(diagnosis: Diagnosis, drive: str | os.PathLike[str], out: str | Path) -> None:
@@ -87,11 +86,6 @@ def _full(diagnosis: Diagnosis, nominal: DriveParameters) -> _Twin:
     effects = {one.effect: _rounded(one.effect, diagnosis) for one in diagnosis.causes}
     constants, lead = _constants(diagnosis, nominal)
     notes = _remarks(diagnosis)
-    if _FEED in constants:  # seldom in a file; as an effect it reads as what was found
-        effects["feed_constant_error"] = {
-            "error": _digits(constants.pop(_FEED) - nominal.controller.feed_scale)
-        }
-        notes["feed_constant_error"] = "within the tolerance of the lead"
     if lead is not None:
         effects["lead_error"] = {"lead_m": lead}
         notes["lead_error"] = "within its tolerance; the controller goes on believing the sheet"
@@ -104,7 +98,7 @@ def _full(diagnosis: Diagnosis, nominal: DriveParameters) -> _Twin:
 
     def written(text: str) -> str:
         values = _as_written(nominal, constants)
-        new = {key: values.pop(key) for key in nominal.left_out if key in values}
+        new = {key: values.pop(key) for key in constants if not holds(text, key)}
         text = add_values(with_values(text, values), new)
         return add_effects(text, entries, notes) if entries else text
 
