@@ -8,11 +8,11 @@ from __future__ import annotations
 
 import os
 import tempfile
-import threading
 import time
 from pathlib import Path
 
 from graph import SINE, use_private_domain
+from listening import Listening
 from report import Report, parser
 
 RATE = 1000.0  # Hz, of ticks and telemetry
@@ -30,10 +30,7 @@ class Listener:
     """Counts residuals, keeps the monitor's figures and the words it used."""
 
     def __init__(self) -> None:
-        import rclpy
         from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
-        from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
-        from rclpy.node import Node
         from rclpy.qos import HistoryPolicy, QoSProfile
         from sensor_msgs.msg import JointState
 
@@ -42,25 +39,12 @@ class Listener:
         self.is_there = False
         self.words: list[str] = []  # while the drive runs
         self._silent = DiagnosticStatus.STALE
-        rclpy.init(args=[])
-        node = Node("benchmark")
+        self._listening = Listening()
         everything = QoSProfile(history=HistoryPolicy.KEEP_ALL, depth=0)
-        node.create_subscription(
-            JointState, "/ecyl/gap/joint_states", self._on_residual, everything, raw=True
-        )
-        node.create_subscription(DiagnosticArray, "/diagnostics", self._on_diagnostics, 100)
-        executor = SingleThreadedExecutor()
-        executor.add_node(node)
-
-        def spin() -> None:
-            try:
-                while rclpy.ok():
-                    executor.spin_once(timeout_sec=0.2)
-            except ExternalShutdownException:
-                pass
-
-        self._thread = threading.Thread(target=spin, daemon=True)
-        self._thread.start()
+        hear = self._listening.hear
+        hear(JointState, "/ecyl/gap/joint_states", self._on_residual, qos=everything, raw=True)
+        hear(DiagnosticArray, "/diagnostics", self._on_diagnostics, qos=100)
+        self._listening.begin()
 
     def _on_residual(self, _: bytes) -> None:
         self.residuals += 1
@@ -75,10 +59,7 @@ class Listener:
 
     def close(self) -> None:
         """Stop listening."""
-        import rclpy
-
-        rclpy.try_shutdown()
-        self._thread.join(2.0)
+        self._listening.close()
 
 
 def run(seconds: float) -> tuple[dict, Listener]:

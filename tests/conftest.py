@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from .domains import domain
+from .domains import entered
 
 # Genuine messages do so as the stand-in's always do; read by rosidl's modules at import.
 os.environ.setdefault("ROS_PYTHON_CHECK_FIELDS", "1")
@@ -17,8 +17,7 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
 
 
 @pytest.fixture
-def own_domain(monkeypatch: pytest.MonkeyPatch) -> Iterator[int]:
+def own_domain() -> Iterator[int]:
     """A ROS_DOMAIN_ID that no other test run on this machine uses at the time."""
-    with domain() as number:
-        monkeypatch.setenv("ROS_DOMAIN_ID", str(number))
+    with entered() as number:
         yield number

@@ -9,6 +9,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+import pytest
+
 # Not 0, where a user's own nodes live; from 102 on the ports are those the kernel gives away.
 DOMAINS = range(1, 102)
 
@@ -37,6 +39,14 @@ def domain() -> Iterator[int]:
                 os.utime(path)
             return
     raise RuntimeError(f"all domains are in use; see the locks in {folder}")
+
+
+@contextmanager
+def entered() -> Iterator[int]:
+    """A `domain` that ROS_DOMAIN_ID names meanwhile."""
+    with domain() as number, pytest.MonkeyPatch.context() as patch:
+        patch.setenv("ROS_DOMAIN_ID", str(number))
+        yield number
 
 
 def _given_back(path: Path) -> float:

@@ -21,7 +21,7 @@ from ecyl_ros.analysis.tracking import analyse
 from ecyl_ros.drive.drive_file import drive_from_flat, load_drive
 from ecyl_ros.nodes.wire import to_ns
 from ecyl_ros.recording.reader import read_recording
-from tests.domains import domain
+from tests.domains import entered
 
 from .conftest import SINE, UNHURRIED_HZ, Listener, ecyl, ecyl_here, node, unhurried
 from .processes import NodeProcess
@@ -50,8 +50,7 @@ def _end(nodes: dict[str, NodeProcess]) -> None:
 @pytest.fixture(scope="module")
 def own_domain() -> Iterator[int]:
     """One for the whole module, whose tests share a graph."""
-    with domain() as number, pytest.MonkeyPatch.context() as patch:
-        patch.setenv("ROS_DOMAIN_ID", str(number))
+    with entered() as number:
         yield number
 
 

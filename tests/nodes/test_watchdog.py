@@ -16,7 +16,7 @@ from sensor_msgs.msg import JointState
 
 from ecyl_ros.nodes import wire
 from ecyl_ros.nodes.wire import to_ns
-from tests.domains import domain
+from tests.domains import domain, entered
 
 from .conftest import UNHURRIED_HZ, Listener, unhurried
 from .processes import NodeProcess
@@ -56,8 +56,7 @@ class Graph:
 @pytest.fixture(scope="module")
 def own_domain() -> Iterator[int]:
     """One for the whole module, whose tests share a graph."""
-    with domain() as number, pytest.MonkeyPatch.context() as patch:
-        patch.setenv("ROS_DOMAIN_ID", str(number))
+    with entered() as number:
         yield number
 
 

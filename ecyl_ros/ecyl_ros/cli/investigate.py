@@ -124,7 +124,7 @@ def run(options: argparse.Namespace) -> int:
             follows = {"trajectory": "trajectories"}.get(seen.follows, "setpoints")
             print(f"the drive follows {follows} and rests at {1e3 * seen.at_m:.3g} mm")
             if seen.follows == "setpoint":
-                speed = min(drive.limits.speed, _SETPOINT_SPEED * drive.limits.speed)
+                speed = _SETPOINT_SPEED * drive.limits.speed
                 limits = dataclasses.replace(drive.limits, speed=speed)
                 drive = dataclasses.replace(drive, limits=limits)
         settings = Settings(

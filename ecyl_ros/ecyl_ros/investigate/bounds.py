@@ -67,7 +67,7 @@ class Sound:
 
     @classmethod
     def on(cls, drive: DriveParameters, motion: Reference, duration_s: float) -> Sound:
-        """Of the drive file's model without noise of sensors left out."""
+        """Of the drive file's model, the noise of its sensors included."""
         rate = drive.sample_rate
         run = simulate(drive, lambda index: motion.sample(index / rate), duration_s)
         shown = simulation_recording(run, drive)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from ..api.diagnosing import diagnose
@@ -183,7 +183,7 @@ class Investigation:
         found.write_report(self._out / f"{step.stem}.html")
         left = question(found.to_dict())
         self._tell(f"  {found.sentence}")
-        return Step(**{**vars(step), "diagnosis": found, "sentence": found.sentence, "left": left})
+        return replace(step, diagnosis=found, sentence=found.sentence, left=left)
 
     def _answer(self, step: Step) -> tuple[str, str] | None:
         """(outcome, why) where there is nothing further to ask."""

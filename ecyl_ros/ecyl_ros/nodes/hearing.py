@@ -136,10 +136,7 @@ class Hearing:
         if self._sequencer is None or key not in self.keys:
             return
         data = bytes(data)
-        order = "little" if data[1] & 1 else "big"
-        sec = int.from_bytes(data[4:8], order, signed=True)  # type: ignore[arg-type]
-        stamp_ns = sec * wire.NANOSECONDS + int.from_bytes(data[8:12], order)  # type: ignore[arg-type]
-        self._sequencer.put(key, data, stamp_ns)
+        self._sequencer.put(key, data, wire.stamp_of(data))
 
     def _on_part(self, key: str, data: bytes, stamp_ns: int) -> None:
         """One topic's part of a sample; those of one stamp come one after the other."""

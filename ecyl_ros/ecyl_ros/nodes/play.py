@@ -37,8 +37,7 @@ def play(
     try:
         node = Node(NAME, namespace=namespace or None, start_parameter_services=False)
         player = Player(node, task, alive)
-        executor = make_executor()
-        executor.add_node(node)
+        executor = make_executor(node)
         told: list[str] = []
 
         def stop(name: str) -> None:
@@ -75,13 +74,10 @@ def _signals(tell: Callable[[str], None]) -> Iterator[None]:
 
 @contextmanager
 def emulated(
-    drive_file: Path, namespace: str, *, realtime: bool = False, rate: float | None = None
+    drive_file: Path, namespace: str, *, realtime: bool = False
 ) -> Iterator[Callable[[], str | None]]:
     """The nodes of a drive that follows setpoints and trajectories; yields `alive` for `play`."""
-    common: dict[str, Any] = {"realtime": realtime}
-    if rate is not None:
-        common["controller.rate"] = float(rate)
-    parameters = {name: dict(common) for name in NODES}
+    parameters: dict[str, dict[str, Any]] = {name: {"realtime": realtime} for name in NODES}
     parameters["reference"]["reference"] = "setpoint"
     with NodeProcesses(
         drive_file,

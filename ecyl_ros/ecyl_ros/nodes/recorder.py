@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import struct
 from functools import partial
 from pathlib import Path
 
@@ -22,8 +21,6 @@ from .run_node import run_node
 
 _CLASSES = {JOINT_STATE: JointState}
 LAST_PATIENCE_S = 2.0  # for the last voltage and reference after the last joint state
-# A stamp is the first thing after the four bytes of CDR header: int32 sec, uint32 nanosec.
-_STAMP_LITTLE, _STAMP_BIG = struct.Struct("<iI"), struct.Struct(">iI")
 
 
 class Recorder(DriveNode):
@@ -76,9 +73,8 @@ class Recorder(DriveNode):
             self._last_ns = tick_stamp_ns(last_tick, rate, wire.to_ns(message))
 
     def _on_message(self, topic: str, data: bytes) -> None:
-        sec, nanosec = (_STAMP_LITTLE if data[1] & 1 else _STAMP_BIG).unpack_from(data, 4)
         self.heard_partner()
-        stamp_ns = sec * wire.NANOSECONDS + nanosec
+        stamp_ns = wire.stamp_of(data)
         self._sequencer.put(topic, bytes(data), stamp_ns)
         if self._last_ns is None:
             return

@@ -129,9 +129,8 @@ class ReferenceGenerator(DriveNode):
         self._epoch_ns = wire.to_ns(message)
         if self._realtime and self._follower:
             run_first()  # a setpoint's way to the controller; where refused, the plant says so
-        self._next = self._plant_sample = 0
-        self._ahead.clear()
-        self._before = None
+        self._plant_sample = 0
+        self._say_from(0)
         self._publish_ahead()
 
     def _on_joint_states(self, message: JointState) -> None:
@@ -163,9 +162,7 @@ class ReferenceGenerator(DriveNode):
 
     def _begin_at(self, sample: int) -> None:
         """Say what is to come from this sample on, a follower from where the rod is."""
-        self._next = sample
-        self._ahead.clear()
-        self._before = None
+        self._say_from(sample)
         if isinstance(self._reference, SetpointFollower):
             self._reference = SetpointFollower(
                 self.drive.limits, 1.0 / self.drive.sample_rate, self._rod_position
@@ -195,6 +192,10 @@ class ReferenceGenerator(DriveNode):
         if isinstance(self._reference, SetpointFollower):
             for index in range(self._next, sample):  # what it follows goes on where it would be
                 self._reference.sample(index / self.drive.sample_rate)
+        self._say_from(sample)
+
+    def _say_from(self, sample: int) -> None:
+        """Have this sample said next, and nothing that was said before it or after."""
         self._next = sample
         self._ahead.clear()
         self._before = None

@@ -9,6 +9,8 @@ contract's.
 
 from __future__ import annotations
 
+import struct
+
 from builtin_interfaces.msg import Time
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 
@@ -55,6 +57,9 @@ TELEMETRY_JOINTS = (ROTOR, ROD, LOAD)
 BASE_FRAME, ROD_FRAME, DQ_FRAME = "base", "rod", "dq0"
 
 NANOSECONDS = 1_000_000_000
+
+# The first thing after the four bytes of CDR header: int32 sec, uint32 nanosec.
+_STAMP_LITTLE, _STAMP_BIG = struct.Struct("<iI"), struct.Struct(">iI")
 
 
 def latched(depth: int = 1) -> QoSProfile:
@@ -103,3 +108,9 @@ def to_time(stamp_ns: int) -> Time:
 def to_ns(stamp: Time) -> int:
     """Stamp in ns of a ROS time message."""
     return stamp.sec * NANOSECONDS + stamp.nanosec
+
+
+def stamp_of(data: bytes) -> int:
+    """Stamp in ns of a serialised message that begins with a header."""
+    sec, nanosec = (_STAMP_LITTLE if data[1] & 1 else _STAMP_BIG).unpack_from(data, 4)
+    return int(sec * NANOSECONDS + nanosec)

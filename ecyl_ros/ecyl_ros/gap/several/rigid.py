@@ -168,7 +168,7 @@ def _differing(
     effects |= {
         one.term.effect
         for one in judgement.null.uncertain
-        if keys.intersection((RIGID[one.term.effect].constant[not linear],))
+        if RIGID[one.term.effect].constant[not linear] in keys
     }
     sets = Sets(judgement.null, judgement.floor, without)
     current = sets.fit(order)
