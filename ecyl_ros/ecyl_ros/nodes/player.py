@@ -94,7 +94,7 @@ class Player:
         self._motion: Trajectory | None = None
         self._sent_wall = self._sent_at = 0.0  # when it was sent: wall, drive's time; 0: never
         self._begun: float | None = None  # drive's time at which the reference began to move
-        self._streamed = 0.0  # drive's time of the last setpoint
+        self._streamed = self._streamed_wall = 0.0  # when the last setpoint was sent, both times
         self._refused: int | None = None  # by the drive so far; None: it has not said
         self._samples, self._error_m, self._current_a = 0, 0.0, 0.0
         self._ended = ""
@@ -255,14 +255,20 @@ class Player:
         if self._follows == "trajectory":
             self._publishers["trajectory"].publish(_message(self._task.joint, points))
         else:
-            self._streamed = sample.time_s - SETPOINT_EVERY_S
+            self._streamed, self._streamed_wall = sample.time_s - SETPOINT_EVERY_S, 0.0
             self._stream(sample)
 
     def _stream(self, sample: Sample) -> None:
-        """The setpoint whose time has come."""
+        """The setpoint whose time has come.
+
+        By the drive's time and by the wall: samples that come in a burst, as in lockstep, would
+        have setpoints sent at once that the drive takes for a leap.
+        """
         assert self._motion is not None
-        if sample.time_s - self._streamed >= SETPOINT_EVERY_S:
-            self._streamed = sample.time_s
+        now = time.monotonic()
+        apart = min(sample.time_s - self._streamed, now - self._streamed_wall)
+        if apart >= SETPOINT_EVERY_S:
+            self._streamed, self._streamed_wall = sample.time_s, now
             place = self._motion.at(sample.time_s - self._sent_at)[0]
             self._publishers["setpoint"].publish(Float64(data=place))
 
