@@ -132,8 +132,9 @@ def test_a_signal_that_one_lacks_and_another_kind_of_drive_are_refused() -> None
     bare = dataclasses.replace(runs[1], rod_force_n=np.full(len(runs[1]), np.nan))
     with pytest.raises(InputError, match=r"^b\.mcap: rod_force_n is missing, which a\.mcap has"):
         _together([runs[0], bare])
-    with pytest.raises(InputError, match="full cylinder is judged one recording at a time"):
-        ec.diagnose(runs, "bench")
+    follower = dataclasses.replace(LINEAR, kind="follower")
+    with pytest.raises(InputError, match="follower is judged one recording at a time"):
+        ec.diagnose(runs, follower)
     with pytest.raises(InputError, match="1 recordings in a list, expected two or more"):
         ec.diagnose(runs[:1], LINEAR)
     with pytest.raises(InputError, match=r"^x\.mcap: given twice; expected different recordings"):

@@ -104,7 +104,7 @@ def _together(
     for path, place in zip(paths, places, strict=True):
         if places.count(place) > 1:
             raise InputError(f"{path}: given twice; expected different recordings of one machine")
-    check_together(model, name)
+    check_together(model, mode, name)
     read, sources = [], []
     for number, one in enumerate(recordings, start=1):
         if isinstance(one, Recording):

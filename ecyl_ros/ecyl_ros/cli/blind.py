@@ -48,7 +48,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=int,
         default=1,
         metavar="N",
-        help="this many recordings of each machine, diagnosed together (rigid drives; 1)",
+        help="this many recordings of each machine, diagnosed together (1)",
     )
     parser.add_argument(
         "--seconds",
@@ -131,15 +131,15 @@ def _drives(options: argparse.Namespace) -> tuple[Drives, Path | None]:
     from ..drive.drive_file import load_drive, resolve_drive
     from ..gap.study.drives import BenchDrives, RandomDrives, RigidDrives
 
+    several = None
+    if options.recordings > 1:
+        several = options.recordings, options.seconds or SECONDS_EACH
     if options.drives == "random":
-        return RandomDrives(options.sheet or 0.0), None
+        return RandomDrives(options.sheet or 0.0, several), None
     if options.drives == "rigid":
-        several = None
-        if options.recordings > 1:
-            several = options.recordings, options.seconds or SECONDS_EACH
         return RigidDrives(options.sheet, several), None
     drive_file = resolve_drive(options.drive or "bench")
-    return BenchDrives(load_drive(drive_file), options.sheet or 0.0), drive_file
+    return BenchDrives(load_drive(drive_file), options.sheet or 0.0, several), drive_file
 
 
 def _names(text: str) -> tuple[str, ...]:
@@ -172,11 +172,6 @@ def _check(options: argparse.Namespace) -> None:
         raise InputError(f"--drive does not go with --drives {options.drives}, expected bench")
     if options.recordings < 1:
         raise InputError(f"--recordings = {options.recordings}, expected 1 or more")
-    if options.recordings > 1 and options.drives != "rigid":
-        raise InputError(
-            f"--recordings {options.recordings} does not go with --drives {options.drives}, "
-            "expected rigid"
-        )
     if options.seconds is not None and options.recordings == 1:
         raise InputError("--seconds is of several recordings, expected --recordings 2 or more")
     if options.seconds is not None and not 3.0 <= options.seconds <= 600.0:

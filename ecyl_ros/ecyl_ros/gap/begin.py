@@ -9,6 +9,7 @@ from typing import TypeVar
 import numpy as np
 
 from ..effects.catalogue import CATALOGUE
+from .coordinate import PHASE, is_phase, later
 from .evidence import gather
 from .fit import Fit, Fitter
 from .promise import Promises
@@ -53,7 +54,7 @@ class Beginnings:
         def begin(job: tuple[str, dict[str, float], bool]) -> Fit:
             name, start, first = job
             fit = self.fitter.evaluate({**base.values, name: start}, base.pulls)
-            if "phase_rad" in fit.values[name]:
+            if PHASE in fit.values[name]:
                 return self._in_phase(base, name, fit, all_round=first)
             return fit
 
@@ -81,25 +82,24 @@ class Beginnings:
         """A periodic effect with the size and phase that its response in quadrature suggests."""
         given = fit.values[name]
         size = CATALOGUE[name].parameters[0]
-        shifted = {**given, "phase_rad": given["phase_rad"] + 0.5 * math.pi}
+        shifted = later(given, 0.5 * math.pi)
         other = self.fitter.evaluate({**base.values, name: shifted}, base.pulls)
         upon = self.promises.upon(base)
         pair = np.column_stack([upon.response(one) for one in (fit, other)])
         sine, cosine = np.linalg.lstsq(pair, upon.free, rcond=None)[0]
+        turned = later(given, math.atan2(cosine, sine))
         turned = {
-            **given,
-            size.name: min(given[size.name] * math.hypot(sine, cosine), size.high),
-            "phase_rad": math.remainder(
-                given["phase_rad"] + math.atan2(cosine, sine), 2.0 * math.pi
-            ),
+            key: math.remainder(value, 2.0 * math.pi) if is_phase(key) else value
+            for key, value in turned.items()
         }
+        turned[size.name] = min(given[size.name] * math.hypot(sine, cosine), size.high)
         third = self.fitter.evaluate({**base.values, name: turned}, base.pulls)
         tried = [fit, other, third]
         # Less what the sheet could do as well: over a short way a line looks like a wrong lead.
         if all_round and min(upon.promise(one).score for one in tried) > _HELPS * base.fitted:
             # Not a linear matter (a load that rattles in its clearance): the phases all round.
             for quarters in (0.5, 1.5, 2.0, 2.5, 3.0, 3.5):
-                moved = {**given, "phase_rad": given["phase_rad"] + 0.5 * math.pi * quarters}
+                moved = later(given, 0.5 * math.pi * quarters)
                 tried.append(self.fitter.evaluate({**base.values, name: moved}, base.pulls))
         return min(tried, key=lambda one: upon.promise(one).score)
 

@@ -2,7 +2,9 @@
 
 A current that is read a fifth too large looks, to who believes the reading, like a torque constant,
 a supply and a back EMF that are each off by a fifth: constants off by one factor are one wrong
-unit. Independent faults agree so closely in a few cases of a hundred.
+unit. Independent faults agree so closely in a few cases of a hundred. The factor is over the sheet,
+whose constants are off by themselves: two agree no better than they are known, which says little;
+three that agree as far as their tolerances let them are one fault again, for three are rare.
 """
 
 from __future__ import annotations
@@ -10,6 +12,8 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+
+import numpy as np
 
 from ..drive.parameters import DriveParameters
 from ..effects.catalogue import CATALOGUE
@@ -29,6 +33,7 @@ UNITS = (
     {"torque_constant_error", "current_sensor_gain", "rotor_inertia_error", "load_inertia_error"},
 )
 MAGNETS = {"torque_constant_error", "back_emf_error"}  # weak magnets lower both, and truly so
+_SEVERAL = 3  # that may agree as loosely as their tolerances let them
 _AGREE, _LEAST, _MOST = 0.05, 0.004, 0.01  # of the logarithm of a factor, and bounds of that
 
 
@@ -41,9 +46,15 @@ class Coincidence:
 
 
 def coincidence(
-    values: Mapping[str, Mapping[str, float]], drive: DriveParameters
+    values: Mapping[str, Mapping[str, float]],
+    drive: DriveParameters,
+    tolerances: Mapping[str, float] | None = None,
 ) -> Coincidence | None:
-    """The most effects among `values` that agree in their factor; None where no two do."""
+    """The most effects among `values` that agree in their factor; None where no two do.
+
+    tolerances: of constants by key of the drive file, as shares; exact unless given.
+    """
+    known = tolerances or {}
     best: dict[str, float] = {}
     for unit in UNITS:
         logs = {
@@ -51,10 +62,17 @@ def coincidence(
             for name, given in values.items()
             if name in unit
         }
-        for one in map(abs, logs.values()):
+        wide = {name: known.get(CATALOGUE[name].constant or "", 0.0) for name in logs}
+        for first, one in ((name, abs(log)) for name, log in logs.items()):
             near = min(max(_AGREE * one, _LEAST), _MOST)
-            agreeing = {name: log for name, log in logs.items() if abs(abs(log) - one) <= near}
-            best = max(best, agreeing, key=len)
+            off = {name: abs(abs(log) - one) for name, log in logs.items()}
+            agreeing = {name: logs[name] for name in logs if off[name] <= near}
+            loosely = {
+                name: logs[name]
+                for name in logs
+                if off[name] <= math.hypot(near, wide[first], wide[name])
+            }
+            best = max(best, agreeing, loosely if len(loosely) >= _SEVERAL else {}, key=len)
     if len(best) < 2 or (set(best) == MAGNETS and math.prod(best.values()) > 0.0):
         return None
     return Coincidence(tuple(best), math.exp(sum(map(abs, best.values())) / len(best)))
@@ -72,7 +90,12 @@ def without_coincidence(
     competition: Competition, fitter: Fitter
 ) -> tuple[Competition, Coincidence | None]:
     """The competition without causes that one fault of another kind stands behind, and those."""
-    found = coincidence(competition.winner.values, fitter.replay.drive)
+    sheet = fitter.sheet
+    shares = np.divide(
+        sheet.tolerance, sheet.nominal, out=np.zeros(len(sheet)), where=sheet.nominal > 0.0
+    )
+    tolerances = dict(zip(sheet.keys, shares.tolist(), strict=True))
+    found = coincidence(competition.winner.values, fitter.replay.drive, tolerances)
     if found is None:
         return competition, None
     return without_effects(competition, fitter, found.effects), found

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
+from ..effects.catalogue import CATALOGUE
 from ..effects.effect import Quantity
 
+PHASE = "phase_rad"
 _REACH = 60.0  # a fit may change a positive parameter by this factor either way
 
 
@@ -55,3 +59,19 @@ class Coordinate:
         if self.logarithmic:
             return math.exp(coordinate)
         return coordinate * self.scale
+
+
+def is_phase(parameter: str) -> bool:
+    """Whether a parameter is a phase: of the first recording, or of a further one of several."""
+    return parameter.partition("@")[0] == PHASE
+
+
+def later(values: Mapping[str, float], by: float) -> dict[str, float]:
+    """A periodic effect's parameters with all its phases turned by so much, rad."""
+    return {key: value + by if is_phase(key) else value for key, value in values.items()}
+
+
+def quantities(effect: str, parameters: Iterable[str]) -> list[Quantity]:
+    """What the parameters of a fit are; `phase_rad@1` is the phase in the second recording."""
+    known = {one.name: one for one in CATALOGUE[effect].parameters}
+    return [dataclasses.replace(known[key.partition("@")[0]], name=key) for key in parameters]

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -23,10 +24,9 @@ from .fit import Fit, Fitter
 from .intervals import intervals
 from .left_out import costs, not_to_be_judged, with_coupling
 from .limits.cylinder import limits_of
-from .locate import by_condition, by_frequency, by_port, by_signal, pooled
+from .locate import by_condition, by_frequency, by_port, by_signal, pooled, pooled_ports
 from .replay import BoolArray, Replay
 from .robust import misfit
-from .split import held_out_of
 from .tolerance import without_traces
 from .verdict import (
     HELPS,
@@ -44,6 +44,25 @@ from .verdict import (
 )
 
 
+@dataclass(frozen=True, eq=False)
+class Judged:
+    """A full cylinder's competition, judged.
+
+    Attributes:
+        fitter: of the recordings. competition: with what does not hold taken out of its winner.
+        closest: the winner before that.
+        remarks: on what was taken out, one line each. no_gap: whether the nominal model is at the
+            floor. barred: effects that did not compete.
+    """
+
+    fitter: Fitter
+    competition: Competition
+    closest: Fit
+    remarks: tuple[str, ...]
+    no_gap: bool
+    barred: frozenset[str]
+
+
 def diagnose_cylinder(
     recording: Recording,
     drive: DriveParameters,
@@ -59,33 +78,53 @@ def diagnose_cylinder(
         InputError: nothing to replay or compare, an unstable loop.
     """
     check_stability(drive, drive_name)
-    replay = Replay(recording, drive, source)
+
+    def replayed(drive: DriveParameters) -> Replay:
+        return Replay(recording, drive, source)
+
+    found = judged(replayed, drive, without, lambda share: tell(0.82 * share))
+    fitter = found.fitter
+    diagnosis, final = assembled(found, source, drive_name)
+    diagnosis = with_description(
+        diagnosis, fitter, found.competition, lambda share: tell(0.82 + 0.13 * share)
+    )
+    tell(0.95)
+    limits, not_told = limits_of(fitter, final, found.barred)
+    return dataclasses.replace(diagnosis, limits=limits, alike=not_told, replays=fitter.replay.runs)
+
+
+def judged(
+    replayed: Callable[[DriveParameters], Replay],
+    drive: DriveParameters,
+    without: Collection[str],
+    tell: Callable[[float], None],
+) -> Judged:
+    """Let the effects but those of `without` compete for what a drive's replay leaves.
+
+    replayed: the replay of what was recorded, with a nominal model. tell: takes the share done.
+    """
+    replay = replayed(drive)
     begun = with_coupling(replay)
     if begun is not drive:
-        drive, replay = begun, Replay(recording, begun, source)
-    fitter = Fitter(replay, held_out_of(replay.time_s, replay.gap({}), replay.usable))
+        drive, replay = begun, replayed(begun)
+    fitter = Fitter(replay, replay.held_out())
     nominal = fitter.nominal
     tell(0.02)
     fitter.test_floor(nominal)
-    no_gap = at_floor(nominal, replay)
-    remarks: list[str] = []
-    barred = {*without, *not_to_be_judged(drive)}
-    if no_gap:
-        competition = Competition(nominal, nominal, (), nominal, (), {})
-    else:
-        names = [name for name in CATALOGUE if name not in barred]
-        competition = compete(fitter, nominal, names, lambda stage, share: tell(0.02 + 0.8 * share))
-        competition, odd = without_stand_ins(competition, fitter)
-        competition, alike = without_coincidence(competition, fitter)
-        remarks = [_stand_in(one) for one in odd] + ([_coincide(alike)] if alike else [])
-        for sort_out in (without_strained, without_unclear, without_traces, _without_unsure):
-            competition, said = sort_out(competition, fitter)
-            remarks += said
-    found, final = _assemble(replay, fitter, competition, remarks, no_gap, source, drive_name)
-    found = with_description(found, fitter, competition, lambda share: tell(0.82 + 0.13 * share))
-    tell(0.95)
-    limits, not_told = limits_of(fitter, final, barred)
-    return dataclasses.replace(found, limits=limits, alike=not_told, replays=fitter.replay.runs)
+    barred = frozenset({*without, *not_to_be_judged(drive)})
+    if at_floor(nominal, replay):
+        nothing = Competition(nominal, nominal, (), nominal, (), {})
+        return Judged(fitter, nothing, nominal, (), True, barred)
+    names = [name for name in CATALOGUE if name not in barred]
+    competition = compete(fitter, nominal, names, lambda stage, share: tell(0.02 + 0.98 * share))
+    closest = competition.winner
+    competition, odd = without_stand_ins(competition, fitter)
+    competition, alike = without_coincidence(competition, fitter)
+    remarks = [_stand_in(one) for one in odd] + ([_coincide(alike)] if alike else [])
+    for sort_out in (without_strained, without_unclear, without_traces, _without_unsure):
+        competition, said = sort_out(competition, fitter)
+        remarks += said
+    return Judged(fitter, competition, closest, tuple(remarks), False, barred)
 
 
 def _without_unsure(competition: Competition, fitter: Fitter) -> tuple[Competition, list[str]]:
@@ -115,16 +154,10 @@ def _steps(fitter: Fitter, competition: Competition) -> list[Fit]:
     return chain
 
 
-def _assemble(
-    replay: Replay,
-    fitter: Fitter,
-    competition: Competition,
-    remarks: Sequence[str],
-    no_gap: bool,
-    source: str,
-    drive_name: str,
-) -> tuple[Diagnosis, Fit]:
+def assembled(found: Judged, source: str, drive_name: str) -> tuple[Diagnosis, Fit]:
     """What is said, and the model that it is said of."""
+    fitter, competition, no_gap = found.fitter, found.competition, found.no_gap
+    replay = fitter.replay
     nominal, winner, alone = competition.nominal, competition.winner, competition.sheet
     within_sheet = not no_gap and alone is not nominal and at_noise(fitter, alone)
     held: BoolArray = fitter.held
@@ -136,7 +169,7 @@ def _assemble(
     before = in_all(nominal)
     perfect = fitter.perfect_with(winner.values)
     place = standing(competition, perfect)
-    notes = [*replay.notes, *remarks]
+    notes = [*replay.notes, *found.remarks]
     causes: list[Cause] = []
     chain = _steps(fitter, competition) if winner.names else []
     noise = fitter.noise_with(winner.values)
@@ -185,8 +218,8 @@ def _assemble(
     final = winner if named else alone
     after = in_all(final)
     shrink = shrink_of(before, after, surplus) if named or within_sheet else 0.0
-    found = replay.at(fitter.sheet.constants(final.pulls))
-    ports = by_port(found)
+    as_found = replay.at(fitter.sheet.constants(final.pulls))
+    ports = pooled_ports([by_port(one) for one in as_found.parts])
     verdict = verdict_of(
         no_gap=no_gap,
         within_sheet=within_sheet,
@@ -196,10 +229,10 @@ def _assemble(
     )
     block: str | None = None
     if verdict == "unexplained":
-        block = unnamed_block(competition, ports, found)
+        block = unnamed_block(competition, ports, as_found)
     elif named and not (no_gap or within_sheet):
         block = causes[0].block
-    sheet = _sheet(fitter, final)
+    sheet = sheet_of(fitter, final)
     notes += costs(replay.drive, sheet)
     pool = [competition.winner, *competition.rivals, *competition.singles, competition.sheet]
     diagnosis = Diagnosis(
@@ -246,7 +279,7 @@ def _assemble(
     return diagnosis, final
 
 
-def _sheet(fitter: Fitter, final: Fit) -> tuple[SheetValue, ...]:
+def sheet_of(fitter: Fitter, final: Fit) -> tuple[SheetValue, ...]:
     """The data sheet as it was found beside the causes; what they stand for is left out."""
     sheet = fitter.sheet
     if not len(sheet) or final is fitter.nominal:

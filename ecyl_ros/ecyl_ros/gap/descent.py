@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 
+from .coordinate import is_phase
 from .fit import CONVERGED, Fit, Fitter, coordinates_of
 from .newton import Map
 from .replay import FloatArray
@@ -48,7 +49,7 @@ def approach(fitter: Fitter, start: Fit, known: Fit) -> Fit:
     # One parameter at a time first, the latest addition to a set before the others.
     for name in reversed(start.names):
         own = [one for one in coordinates if one.effect == name]
-        periodic = any(one.quantity.name == "phase_rad" for one in own)
+        periodic = any(is_phase(one.quantity.name) for one in own)
         for one in _SWEEPS * [own[0], own[-1]] if periodic else own[: len(own) == 1]:
             if not near_floor(best, fitter):
                 best = along(fitter, best, one, closely=not periodic)

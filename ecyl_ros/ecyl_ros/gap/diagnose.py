@@ -51,6 +51,14 @@ def check_input(
         )
 
 
+def check_no_mode(mode: float | None, drive_name: str) -> None:
+    """Raise InputError where a full cylinder's recording is to be judged in one mode alone."""
+    if mode is not None:
+        raise InputError(
+            f"{drive_name}: a full cylinder is judged in all modes; expected no mode ({mode:g})"
+        )
+
+
 def diagnose(
     recording: Recording,
     drive: DriveParameters | Machine,
@@ -80,10 +88,7 @@ def diagnose(
     tell = progress or (lambda share: None)
     named: dict[str, Any] = {"source": source, "drive_name": drive_name, "tell": tell}
     if isinstance(drive, DriveParameters):
-        if mode is not None:
-            raise InputError(
-                f"{drive_name}: a full cylinder is judged in all modes; expected no mode ({mode:g})"
-            )
+        check_no_mode(mode, drive_name)
         result = diagnose_cylinder(recording, drive, without=without, **named)
     elif drive.kind == "follower":
         result = diagnose_follower(recording, drive, mode=mode, **named)

@@ -16,8 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter1d
 
-from ..effects.catalogue import CATALOGUE
-from .coordinate import Coordinate
+from .coordinate import Coordinate, is_phase, quantities
 from .newton import Differences, Map, Objective, descend
 from .replay import BoolArray, FloatArray, Replay
 from .robust import LOSS_SCALE, cost
@@ -142,8 +141,8 @@ class Fitter:
         self, values: Mapping[str, Mapping[str, float]], pulls: FloatArray | None = None
     ) -> Fit:
         """What is left with given parameters, and constants pulled off their nominal values."""
-        full = {name: CATALOGUE[name].complete(given) for name, given in values.items()}
         pulls = self.sheet.at_nominal if pulls is None else pulls
+        full = self.replay.complete(values, self.sheet.constants(pulls))
         pulls = np.where(self.sheet.free(full), pulls, 0.0)
         return self._seen(full, pulls, self._gap(full, pulls))
 
@@ -300,6 +299,6 @@ def coordinates_of(fit: Fit, *, nuisances: bool) -> tuple[Coordinate, ...]:
     return tuple(
         Coordinate.around(name, quantity, fit.values[name][quantity.name])
         for name in fit.values
-        for quantity in CATALOGUE[name].parameters
-        if nuisances or not quantity.nuisance or quantity.name == "phase_rad"
+        for quantity in quantities(name, fit.values[name])
+        if nuisances or not quantity.nuisance or is_phase(quantity.name)
     )

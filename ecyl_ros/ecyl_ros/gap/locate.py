@@ -6,7 +6,9 @@ smear the fault of one over all.
 
 from __future__ import annotations
 
+import dataclasses
 import math
+from collections.abc import Sequence
 
 import numpy as np
 from scipy.interpolate import CubicSpline
@@ -123,6 +125,28 @@ def by_port(replay: Replay) -> tuple[PortCheck, ...]:
         check
         for check in (_controller(replay), *_physics(replay))
         if check is not None and math.isfinite(check.rms)
+    )
+
+
+def pooled_ports(checks: Sequence[Sequence[PortCheck]]) -> tuple[PortCheck, ...]:
+    """The checks of several recordings of one machine as one each, in RMS."""
+    if len(checks) == 1:
+        return tuple(checks[0])
+
+    def together(values: Sequence[float]) -> float:
+        return float(np.sqrt(np.mean(np.square(values))))
+
+    alike: dict[str, list[PortCheck]] = {}
+    for one in (one for own in checks for one in own):
+        alike.setdefault(one.what, []).append(one)
+    return tuple(
+        dataclasses.replace(
+            own[0],
+            rms=together([one.rms for one in own]),
+            floor=together([one.floor for one in own]),
+            typical=together([one.rms if one.typical is None else one.typical for one in own]),
+        )
+        for own in alike.values()
     )
 
 

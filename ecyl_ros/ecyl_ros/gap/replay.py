@@ -15,16 +15,19 @@ from scipy.interpolate import CubicHermiteSpline, CubicSpline
 
 from ..drive.cascade import initial_cascade_state
 from ..drive.engine import COLUMNS, MEASUREMENT, VOLTAGE, run_ticks
-from ..drive.loop_noise import current_command_noise
+from ..drive.law import Law
 from ..drive.packed import pack
 from ..drive.parameters import DriveParameters
 from ..drive.plant import MEASURED, initial_state, voltage_queue
 from ..drive.tolerances import with_constants
+from ..effects.catalogue import CATALOGUE
 from ..errors import InputError
 from ..recording.signals import Recording
 from .loop_state import loop_integrals
 from .pushed import run_pushed
 from .screen import screen
+from .sensor_noise import declared_noise, roughness, silent, with_steps
+from .split import held_out_of
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -64,80 +67,14 @@ SIGNALS = (
 # A step of the replay's integrator times the drive's fastest rate: its error stays far below the
 # noise floor, and it takes half the time of the emulator's own.
 _REPLAY_RATE_STEP = 0.45
-_MOST_SUBSTEPS = (
-    40  # per tick; a fit that wanders to an absurdly stiff drive must not take for ever
-)
+_MOST_SUBSTEPS = 40  # per tick: a fit may wander to an absurdly stiff drive
 
-# Where drive files state no noise and signals are coarse, the recording's own roughness gives it.
-_ROUGHNESS_ORDER = 3
 _QUIET_COMMAND = 0.15  # floor of a command without noise, as a share of what noise would make it
 _LOUD = 0.3  # share of the stated noise in the loop from which on its way round is reckoned with
 _SHAKING_SEED = 0x5EED  # unlike those that drives are emulated with
 _ROUGHER = 1.5  # a signal may be this much noisier than stated
 _SETTLING_S = 0.3  # left out where the run does not begin at rest, or a long gap ends
 _LONG_GAP_S = 0.02  # a gap the loop notices when the reference is filled in by a spline
-
-
-def roughness(values: FloatArray) -> float:
-    """Standard deviation of the white noise in a sampled smooth signal.
-
-    From third differences, by the median, so that neither smooth motion nor single impacts count;
-    0 where fewer than 50 values are there.
-    """
-    finite = values[np.isfinite(values)]
-    if finite.size < 50:
-        return 0.0
-    differences = np.diff(finite, _ROUGHNESS_ORDER)
-    scale = math.sqrt(math.comb(2 * _ROUGHNESS_ORDER, _ROUGHNESS_ORDER))
-    return float(1.4826 * np.median(np.abs(differences)) / scale)
-
-
-def declared_noise(drive: DriveParameters) -> dict[str, float]:
-    """Standard deviation of each signal's noise as the drive file states it, in its unit.
-
-    The commanded voltage carries no noise of its own: its floor is what the noise of the measured
-    signals becomes on its way through the cascade's proportional gains and filters.
-    """
-    sensors, controller = drive.sensors, drive.controller
-    position = math.hypot(
-        sensors.rotor_position_noise, sensors.rotor_position_resolution / math.sqrt(12.0)
-    )
-    rod = math.hypot(sensors.rod_position_noise, sensors.rod_position_resolution / math.sqrt(12.0))
-    current = math.hypot(sensors.current_noise, current_command_noise(drive))
-    return {
-        "rotor_position": position,
-        "rotor_velocity": sensors.rotor_velocity_noise,
-        "current_q": sensors.current_noise,
-        "voltage_q": controller.current.kp * current,
-        "rod_position": rod,
-    }
-
-
-def _with_steps(drive: DriveParameters, recording: Recording) -> DriveParameters:
-    """The drive with the steps that the recording was quantised to, where its file states none."""
-    sensors = drive.sensors
-    rotor = recording.resolution.get("rotor_position_rad", 0.0)
-    rod = recording.resolution.get("rod_position_m", 0.0)
-    sensors = dataclasses.replace(
-        sensors,
-        rotor_position_resolution=sensors.rotor_position_resolution or rotor,
-        rod_position_resolution=sensors.rod_position_resolution or rod,
-    )
-    return dataclasses.replace(drive, sensors=sensors)
-
-
-def silent(drive: DriveParameters) -> DriveParameters:
-    """The drive without noise and quantisation."""
-    sensors = dataclasses.replace(
-        drive.sensors,
-        rotor_position_noise=0.0,
-        rotor_velocity_noise=0.0,
-        current_noise=0.0,
-        rod_position_noise=0.0,
-        rotor_position_resolution=0.0,
-        rod_position_resolution=0.0,
-    )
-    return dataclasses.replace(drive, sensors=sensors)
 
 
 class Replay:
@@ -150,6 +87,7 @@ class Replay:
         floor: float64[signals], standard deviation of the measurement noise, in SI units.
         healthy: float64[signals, n], in floors: what a perfect model would leave (one draw): noise,
             and what noise does round the loop, where it moves the instants at which flanks meet.
+        source: what messages call the recording.
         loop_share: share of the stated noise that goes round the loop, as the command shows it.
         time_s: float64[n], from the recording's first stamp.
         usable: bool[n], False while the replay settles (not at rest at the start, long gaps).
@@ -160,11 +98,11 @@ class Replay:
     """
 
     def __init__(self, recording: Recording, drive: DriveParameters, source: str) -> None:
-        self._source = source
+        self.source = source
         self._tally, self._counting = [0], threading.Lock()
         self._check(recording)
         recording, notes = screen(recording, drive, source)
-        drive = _with_steps(drive, recording)
+        drive = with_steps(drive, recording)
         self.recording = recording
         self.nominal = drive
         self.drive = silent(drive)
@@ -197,17 +135,17 @@ class Replay:
     def _check(self, recording: Recording) -> None:
         if len(recording) < 200:
             raise InputError(
-                f"{self._source}: {len(recording)} samples, expected at least 200 to diagnose"
+                f"{self.source}: {len(recording)} samples, expected at least 200 to diagnose"
             )
         known = np.isfinite(recording.reference_position_m)
         if known.sum() < 0.5 * len(recording):
             raise InputError(
-                f"{self._source}: /ecyl/reference holds {int(known.sum())} of {len(recording)} "
+                f"{self.source}: /ecyl/reference holds {int(known.sum())} of {len(recording)} "
                 "positions, expected at least half of them to replay the loop"
             )
         if not any(recording.has(one.recorded) for one in SIGNALS):
             raise InputError(
-                f"{self._source}: no rotor, rod, current or voltage signal, expected at least one"
+                f"{self.source}: no rotor, rod, current or voltage signal, expected at least one"
             )
 
     def _settle_floor(self, stated: dict[str, float]) -> FloatArray:
@@ -319,10 +257,31 @@ class Replay:
         """How many times the drive was simulated so far, copies of this replay included."""
         return self._tally[0]
 
+    def complete(self, effects: Effects, constants: Constants) -> dict[str, dict[str, float]]:
+        """Effects with all the parameters that a fit to this recording has.
+
+        constants: beside which they act.
+        """
+        return {name: CATALOGUE[name].complete(given) for name, given in effects.items()}
+
+    def held_out(self) -> BoolArray:
+        """bool[n], stretches that no parameter is to be fitted to."""
+        return held_out_of(self.time_s, self.gap({}), self.usable)
+
     @property
     def step_s(self) -> float:
         """Time between two samples of the recording, the median."""
         return float(np.median(np.diff(self.time_s)))
+
+    @property
+    def parts(self) -> tuple[Replay, ...]:
+        """One replay for each recording: this one."""
+        return (self,)
+
+    @property
+    def spans(self) -> tuple[slice, ...]:
+        """Where the samples of each of `parts` are."""
+        return (slice(0, len(self.time_s)),)
 
     def at(self, constants: Constants) -> Replay:
         """The same recording with other constants taken for nominal, as a fit has found them.
@@ -336,20 +295,38 @@ class Replay:
             other._shaking = with_constants(drive, constants), alone
         return other
 
+    def playing(self, law: Law | None) -> Replay:
+        """The same recording, replayed with a law in the drive."""
+        other = copy.copy(self)
+        other.drive = dataclasses.replace(self.drive, learned=law)
+        return other
+
     def until(self, end_s: float) -> Replay:
         """The same recording up to `end_s`, for a look that needs no more: it costs less."""
         kept = int(np.searchsorted(self.time_s, end_s, side="right"))
-        other = copy.copy(self)
-        for name in ("time_s", "usable"):
-            setattr(other, name, getattr(self, name)[:kept])
-        for name in ("recorded", "healthy"):
-            setattr(other, name, getattr(self, name)[:, :kept])
-        other._rows = None if self._rows is None else self._rows[:kept]
+        other = self._with(np.arange(kept))
         last = float(other.time_s[-1]) / self._grid_step
         other._samples = min(self._samples, math.ceil(last - 1e-6) + 1)
+        return other
+
+    def thinned(self, rate_hz: float) -> Replay:
+        """The same recording, compared at the samples nearest to those of a lower rate."""
+        wanted = np.arange(0.0, float(self.time_s[-1]) + 0.5 / rate_hz, 1.0 / rate_hz)
+        after = np.clip(np.searchsorted(self.time_s, wanted), 1, len(self.time_s) - 1)
+        before = wanted - self.time_s[after - 1] < self.time_s[after] - wanted
+        return self._with(np.unique(after - before))
+
+    def _with(self, rows: NDArray[np.int64]) -> Replay:
+        """The same recording, compared at some of its samples."""
+        other = copy.copy(self)
+        for name in ("time_s", "usable"):
+            setattr(other, name, getattr(self, name)[rows])
+        for name in ("recorded", "healthy"):
+            setattr(other, name, getattr(self, name)[:, rows])
+        other._rows = None if self._rows is None else self._rows[rows]
         if self._shaking is not None:
             drive, alone = self._shaking
-            other._shaking = drive, alone[:, :kept]
+            other._shaking = drive, alone[:, rows]
         return other
 
     @property

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .replay import BoolArray, FloatArray
+from .diagnosis import BoolArray, FloatArray
 
 STRETCH_S = 0.5
 _HELD_OUT_EVERY = 3  # one stretch in so many is never fitted

@@ -6,7 +6,7 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 
 from ..effects.catalogue import CATALOGUE
-from .coordinate import Coordinate
+from .coordinate import PHASE, Coordinate, later
 from .fit import Fit, Fitter
 
 NEAR_FLOOR = 1.3  # times a perfect model's cost: no closer look needed
@@ -63,17 +63,13 @@ def turned(fitter: Fitter, start: Fit) -> Fit:
     Frequency and phase make a narrow valley that runs across the axes of a fit.
     """
     best = start
-    end = float(fitter.replay.time_s[-1])
+    end = max(float(one.time_s[-1]) for one in fitter.replay.parts)
     for name, given in start.values.items():
         for frequency in [one.name for one in CATALOGUE[name].parameters if one.unit == "Hz"]:
             centre = best.values[name]
             for offset in np.linspace(-0.3, 0.3, 13) / end:
-                other = {
-                    **given,
-                    **centre,
-                    frequency: centre[frequency] + offset,
-                    "phase_rad": centre["phase_rad"] - np.pi * offset * end,
-                }
+                other = later({**given, **centre}, -np.pi * offset * end)
+                other[frequency] += offset
                 tried = fitter.evaluate({**best.values, name: other}, best.pulls)
                 if tried.fitted < best.fitted:
                     best = tried
@@ -88,7 +84,7 @@ def shaped(fitter: Fitter, start: Fit) -> Fit:
     best = start
     for name in start.values:
         for one in CATALOGUE[name].parameters:
-            if not one.nuisance or one.name == "phase_rad":
+            if not one.nuisance or one.name == PHASE:
                 continue
             middle = best.values[name][one.name]
             costs = [best.fitted]

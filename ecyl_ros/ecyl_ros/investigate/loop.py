@@ -221,8 +221,6 @@ class Investigation:
 def judged(
     recordings: Sequence[Path], drive_file: Path, tell: Callable[[float], None]
 ) -> DiagnosisResult:
-    """The diagnosis of one machine's recordings, oldest first.
-
-    The newest one was planned to decide what those before it left open, and is judged alone.
-    """
-    return diagnose(recordings[-1], drive_file, progress=tell)
+    """The diagnosis of one machine's recordings, oldest first: of all together."""
+    every = recordings[0] if len(recordings) == 1 else list(recordings)
+    return diagnose(every, drive_file, progress=tell)

@@ -20,7 +20,8 @@ from ..gap.limits.columns import Base
 from ..gap.limits.cylinder import seen_by
 from ..gap.limits.limit import Limit
 from ..gap.limits.pairs import separation
-from ..gap.replay import SIGNALS, FloatArray, Replay, declared_noise
+from ..gap.replay import SIGNALS, FloatArray, Replay
+from ..gap.sensor_noise import declared_noise
 from ..gap.split import held_out
 from .hypotheses import Hypothesis, Pair
 

@@ -15,7 +15,6 @@ from ..locate import by_signal, pooled
 from ..robust import misfit
 from ..verdict import SEEN
 from .describe import Described, as_fit, describe
-from .play import with_law
 from .words import BLOCKS
 
 _FAR = 50.0  # tolerances: what is known no better is not known
@@ -40,7 +39,7 @@ def described(diagnosis: Diagnosis, found: Described, fitter: Fitter) -> Diagnos
     white = np.ones(len(replay.signals))
     held = fitter.held
     ratios = np.sqrt(np.mean(played.gap[:, held] ** 2, axis=1))
-    after = with_law(replay, played.law).simulate({}, fitter.sheet.constants(played.pulls))
+    after = replay.playing(played.law).simulate({}, fitter.sheet.constants(played.pulls))
     return dataclasses.replace(
         diagnosis,
         verdict="described",

@@ -116,7 +116,9 @@ class Motion:
         speed = self.load_speed if on_load else self.speed
         sign = np.sign(speed)
         sign[sign == 0.0] = 1.0
-        begins = np.flatnonzero(np.concatenate([[True], sign[1:] != sign[:-1]]))
+        turns = np.concatenate([[True], sign[1:] != sign[:-1]])
+        turns[[one.start for one in self.replay.spans]] = True
+        begins = np.flatnonzero(turns)
         start = np.repeat(angle[begins], np.diff(np.append(begins, len(angle))))
         way: FloatArray = angle - start
         return np.where(way * sign > 0.0, way, 0.0)
@@ -124,8 +126,16 @@ class Motion:
     def heat(self, time_constant_s: float) -> FloatArray:
         """Current squared behind a first-order low-pass that begins at 0, A^2: float64[n]."""
         kept = math.exp(-self.smooth.step / time_constant_s)
-        found: FloatArray = lfilter([1.0 - kept], [1.0, -kept], self.current**2)
-        return found
+        squared = self.current**2
+        return np.concatenate(
+            [lfilter([1.0 - kept], [1.0, -kept], squared[one]) for one in self.replay.spans]
+        )
+
+    @property
+    def own_time_s(self) -> FloatArray:
+        """From the first sample of each of several recordings."""
+        time = self.time_s
+        return np.concatenate([time[one] - time[one.start] for one in self.replay.spans])
 
     def torque(self, on_load: bool) -> FloatArray:
         """Torque that the transmission carries, from the side where nothing is missing, N m."""
@@ -149,7 +159,7 @@ class Motion:
             "current": lambda: self.current,
             "torque": lambda: self.torque(on_load),
             "voltage": lambda: self.voltage,
-            "time": lambda: self.time_s,
+            "time": lambda: self.own_time_s,
             "heat": lambda: self.heat(time_constant_s),
             "travel": lambda: self.travel(on_load),
         }

@@ -7,7 +7,6 @@ sheet beside it at their price.
 
 from __future__ import annotations
 
-import copy
 import dataclasses
 import math
 from collections.abc import Callable, Sequence
@@ -21,7 +20,7 @@ from ..earn import AT_FLOOR
 from ..fit import CONVERGED, Fitter
 from ..gram import weighted_products
 from ..newton import Differences, Map, Objective, descend
-from ..replay import FloatArray, Replay
+from ..replay import FloatArray
 from ..robust import LOSS_SCALE, cost, robust_weights
 from ..stages import COARSE, FINE, MEDIUM, Stage
 from .axis import roughness
@@ -59,16 +58,9 @@ class Played:
     pull_half: FloatArray
 
 
-def with_law(replay: Replay, law: Law | None) -> Replay:
-    """The same recording, replayed with a law in the drive."""
-    other = copy.copy(replay)
-    other.drive = dataclasses.replace(replay.drive, learned=law)
-    return other
-
-
 def evaluate(fitter: Fitter, law: Law, pulls: FloatArray) -> Played:
     """What is left with a law as it is."""
-    gap = with_law(fitter.replay, law).gap({}, fitter.sheet.constants(pulls))
+    gap = fitter.replay.playing(law).gap({}, fitter.sheet.constants(pulls))
     left = cost(gap, fitter.held)
     priced = fitter.sheet.priced
     return Played(
@@ -157,7 +149,7 @@ def play(
         passed: list[tuple[FloatArray, Played]] = []
 
         def residual(where: FloatArray, seen: Seen = seen) -> FloatArray:
-            replay = with_law(fitter.replay, at(where))
+            replay = fitter.replay.playing(at(where))
             return seen(replay.gap({}, sheet.constants(where[count:])))
 
         def tried(

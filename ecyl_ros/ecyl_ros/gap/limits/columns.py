@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...effects.catalogue import CATALOGUE
-from ..coordinate import Coordinate
+from ..coordinate import Coordinate, is_phase, quantities
 from ..fit import Fit, Fitter
 from ..replay import BoolArray, FloatArray
 from .probes import Probe, Values, rows_of
@@ -60,8 +60,8 @@ class Base:
         causes = [
             Coordinate.around(name, one, fit.values[name][one.name])
             for name in fit.values
-            for one in CATALOGUE[name].parameters
-            if not one.nuisance or one.name == "phase_rad"
+            for one in quantities(name, fit.values[name])
+            if not one.nuisance or is_phase(one.name)
         ]
         for cause in causes:
             values = {name: dict(given) for name, given in fit.values.items()}

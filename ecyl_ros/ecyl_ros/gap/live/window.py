@@ -15,16 +15,8 @@ from ...recording.signals import Recording
 from ..block import possible_blocks
 from ..diagnosis import ConditionShare, PortCheck
 from ..locate import by_condition, by_port
-from ..replay import (
-    NOMINAL,
-    SIGNALS,
-    Constants,
-    Effects,
-    FloatArray,
-    Replay,
-    declared_noise,
-    silent,
-)
+from ..replay import NOMINAL, SIGNALS, Constants, Effects, FloatArray, Replay
+from ..sensor_noise import declared_noise, silent
 from .streams import StampArray
 
 # A gap is what stands this far above what noise leaves.

@@ -20,7 +20,7 @@ def sentences(diagnosis: Diagnosis) -> str:
 
 def _unseen(diagnosis: Diagnosis) -> str:
     found = diagnosis.unseen
-    if found is None or not diagnosis.closes:
+    if found is None or not diagnosis.closes or diagnosis.law is not None:
         return ""
     names = {one.source: one.name for one in diagnosis.recordings}
     others = words.listed([names[one] for one in found.named_on])

@@ -17,7 +17,7 @@ import numpy as np
 
 from ...drive.rigid.machine import Machine
 from ...effects.apart import apart
-from ...effects.catalogue import EFFECTS, RIGID
+from ...effects.catalogue import RIGID
 from ...effects.term import Term
 from ...errors import InputError
 from ...recording.signals import Recording
@@ -34,6 +34,7 @@ from ..rigid.terms import Catalogue
 from ..rigid.void import why_not
 from ..verdict import shrink_of
 from .checks import check_one_machine, check_signals, marked_alone, with_differences
+from .differences import differences
 from .of_recording import OfRecording, OwnValue, Unseen, names_of
 
 _BUILT_IN = ("load.mass", "load.inertia", "actuation.gain")  # that neither wear nor warmth changes
@@ -84,7 +85,7 @@ def diagnose_rigid_together(
         sources,
         lambda share: tell(1.0 - _UNSEEN * (1.0 - share)),
     )
-    notes = [*_said(values, sources), *([why] if why else [])]
+    notes = [*differences(values, sources), *([why] if why else [])]
     return dataclasses.replace(
         found,
         recordings=tuple(
@@ -183,27 +184,6 @@ def _differing(
         if gain is not None and gain.earned and own.holds(current, own.fit(then), term):
             found.add(name)
     return found
-
-
-def _said(values: Sequence[Sequence[OwnValue]], sources: Sequence[str]) -> list[str]:
-    """One line for each value that is another in some recording."""
-    by_name: dict[tuple[str, str], list[tuple[str, OwnValue]]] = {}
-    for source, own in zip(sources, values, strict=True):
-        for one in own:
-            by_name.setdefault((one.of, one.name), []).append((source, one))
-    lines = []
-    for (of, name), found in by_name.items():
-        if any(one.differs for _, one in found):
-            what = f"{EFFECTS[of].title}, {name}" if of in EFFECTS else of
-            each = "; ".join(
-                f"{one.value:.4g} {one.unit} ({one.low:.4g} to {one.high:.4g}) in {source}"
-                for source, one in found
-            )
-            lines.append(
-                f"{what} differs from one recording to the next by more than its interval (wear, "
-                f"temperature): {each}; the twin and the replays take that of the last"
-            )
-    return lines
 
 
 def _of_recording(

@@ -5,29 +5,27 @@ from __future__ import annotations
 import dataclasses
 import time
 from collections.abc import Callable, Collection, Sequence
+from typing import Any
 
 from ...drive.parameters import DriveParameters
 from ...drive.rigid.machine import Machine
 from ...errors import InputError
 from ...recording.signals import Recording
-from ..diagnose import check_input
+from ..diagnose import check_input, check_no_mode
 from ..diagnosis import Diagnosis
+from .cylinder import diagnose_cylinders
 from .rigid import diagnose_rigid_together
 
 
-def check_together(drive: DriveParameters | Machine, drive_name: str) -> Machine:
-    """The drive, if it is of a kind of which several recordings can be diagnosed together.
-
-    Raises:
-        InputError: it is not.
-    """
-    if isinstance(drive, Machine) and drive.kind == "rigid":
-        return drive
-    kind = "follower" if isinstance(drive, Machine) else "full cylinder"
-    raise InputError(
-        f"{drive_name}: a {kind} is judged one recording at a time; expected a drive of kind "
-        "rigid for several recordings together, or --each and a folder"
-    )
+def check_together(drive: DriveParameters | Machine, mode: float | None, drive_name: str) -> None:
+    """Raise InputError for a kind of drive that is judged one recording at a time, or its mode."""
+    if isinstance(drive, DriveParameters):
+        check_no_mode(mode, drive_name)
+    elif drive.kind == "follower":
+        raise InputError(
+            f"{drive_name}: a follower is judged one recording at a time; expected a full cylinder "
+            "or a drive of kind rigid for several recordings together, or --each and a folder"
+        )
 
 
 def diagnose_together(
@@ -56,17 +54,13 @@ def diagnose_together(
     """
     begin = time.perf_counter()
     tell = progress or (lambda share: None)
-    machine = check_together(drive, drive_name)
+    check_together(drive, mode, drive_name)
     for one, source in zip(recordings, sources, strict=True):
-        check_input(one, machine, without, source)
-    result = diagnose_rigid_together(
-        recordings,
-        machine,
-        without=without,
-        mode=mode,
-        sources=sources,
-        drive_name=drive_name,
-        tell=tell,
-    )
+        check_input(one, drive, without, source)
+    named: dict[str, Any] = {"sources": sources, "drive_name": drive_name, "tell": tell}
+    if isinstance(drive, DriveParameters):
+        result = diagnose_cylinders(recordings, drive, without=without, **named)
+    else:
+        result = diagnose_rigid_together(recordings, drive, without=without, mode=mode, **named)
     tell(1.0)
     return dataclasses.replace(result, seconds=time.perf_counter() - begin)

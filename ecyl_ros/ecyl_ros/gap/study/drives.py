@@ -11,7 +11,7 @@ from ...drive.parameters import DriveParameters
 from ...recording.signals import Recording
 from .case import ALL_KINDS, KINDS, Case
 from .cylinder.baselines import BASELINES
-from .cylinder.cases import complete_case, plan_cases, record_case, stated
+from .cylinder.cases import complete_case, plan_cases, record_cases, stated
 from .cylinder.effects import EFFECTS
 from .cylinder.inside import INSIDE
 from .cylinder.outside import OUTSIDE
@@ -114,32 +114,41 @@ class _Cylinders:
     def given(self, case: Case) -> Given:
         """See `Drives`."""
         setup = self.setup(case.seed)
-        return Given(record_case(case, setup), stated(setup.drive, case.sheet))
+        first, *others = record_cases(case, setup)
+        return Given(first, stated(setup.drive, case.sheet), tuple(others))
 
 
 @dataclass(frozen=True)
 class BenchDrives(_Cylinders):
-    """Machines of one drive file, at its constants or off them by `sheet`, relative."""
+    """Machines of one drive file, at its constants or off them by `sheet`, relative.
+
+    several: how many recordings of each there are, and how long each is, s; None: one.
+    """
 
     drive: DriveParameters
     sheet: float = 0.0
+    several: tuple[int, float] | None = None
     name: str = field(default="bench", init=False)
 
     def setup(self, seed: int) -> Setup:
         """The study's own drive, whatever the seed."""
-        return Setup(self.drive)
+        return Setup(self.drive, several=self.several)
 
 
 @dataclass(frozen=True)
 class RandomDrives(_Cylinders):
-    """A drive of its own in each case, its machine off the sheet by `sheet`, relative."""
+    """A drive of its own in each case, its machine off the sheet by `sheet`, relative.
+
+    several: as `BenchDrives` has it.
+    """
 
     sheet: float = 0.0
+    several: tuple[int, float] | None = None
     name: str = field(default="random", init=False)
 
     def setup(self, seed: int) -> Setup:
         """The drive of a seed."""
-        return draw_setup(seed)
+        return replace(draw_setup(seed), several=self.several)
 
 
 @dataclass(frozen=True)

@@ -102,7 +102,7 @@ def examine(case: Case, drives: Drives, subject: Subject, baselines: bool) -> Ou
         said, error = None, f"{type(failure).__name__} at {place}: {failure}"
     seconds = time.perf_counter() - begin
     others = {}
-    for name, baseline in drives.baselines.items() if baselines else ():
+    for name, baseline in drives.baselines.items() if baselines and not more else ():
         begin = time.perf_counter()
         named = baseline(recording, drive)
         others[name] = {"named": named, "seconds": time.perf_counter() - begin}

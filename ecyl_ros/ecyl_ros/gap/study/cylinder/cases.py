@@ -55,8 +55,8 @@ def draw_effects(
 ) -> tuple[dict[str, Values], dict[str, dict[str, float]]]:
     """(parameters, gaps) of named effects on the machine of `seed`, redrawn until all are visible.
 
-    An effect is visible if taking it alone out of the machine changes some recorded signal by
-    `VISIBLE` noise floors. Raises InputError naming the effects where no draw shows them.
+    An effect is visible if taking it alone out of the machine changes some signal of some recording
+    by `VISIBLE` noise floors. Raises InputError naming the effects where no draw shows them.
     """
     names = list(names)
     if not names:
@@ -64,25 +64,30 @@ def draw_effects(
     floor = setup.floor
     rng = np.random.default_rng([seed, 1])
     nominal = stated(setup.drive, sheet)
+    stages = [stage, *stage.others(seed, setup)]
 
-    def run(effects: dict[str, Values]) -> Run:
+    def run(one: Stage, effects: dict[str, Values]) -> Run:
         if not effects:
-            return stage.healthy
-        machine = stage.with_effects(effects, seed)
-        return run_machine(machine, stage.nuisances, setup.drive, stage.reference)
+            return one.healthy
+        machine = one.with_effects(effects, seed)
+        return run_machine(machine, one.nuisances, setup.drive, one.reference)
 
     for _ in range(DRAWS):
         draw = Draw(rng, nominal, stage.scale)
         effects = {
             name: leaving_the_sheet(name, EFFECTS[name].draw(draw), nominal, rng) for name in names
         }
-        complete = run(effects)
-        if _absurd(complete, stage):
+        complete = [run(one, effects) for one in stages]
+        if any(_absurd(one, of) for one, of in zip(complete, stages, strict=True)):
             continue
         gaps = {}
         for name in names:
             rest = {other: values for other, values in effects.items() if other != name}
-            gaps[name] = gaps_between(complete, run(rest), floor)
+            each = [
+                gaps_between(one, run(of, rest), floor)
+                for one, of in zip(complete, stages, strict=True)
+            ]
+            gaps[name] = {signal: max(one[signal] for one in each) for signal in each[0]}
         if all(max(gap.values()) >= VISIBLE for gap in gaps.values()):
             return effects, gaps
         if not all(any(gap.values()) for gap in gaps.values()):
@@ -213,9 +218,17 @@ def complete_case(case: Case, setup_of: DriveParameters | Setup | Callable[[int]
 
 def record_case(case: Case, drive: DriveParameters | Setup) -> Recording:
     """The recording of a case's machine, without the signals that its setup lacks."""
+    return record_cases(case, drive)[0]
+
+
+def record_cases(case: Case, drive: DriveParameters | Setup) -> list[Recording]:
+    """The same of all recordings that its setup asks for."""
     setup = Setup.of(drive)
     stage = Stage.of(case.seed, setup, case.sheet)
-    machine = stage.with_effects(case.effects, case.seed)
-    recording = record_machine(machine, stage.nuisances, setup.drive, stage.reference)
-    gone: dict[str, Any] = {name: np.full(len(recording), np.nan) for name in setup.missing}
-    return replace(recording, **gone) if gone else recording
+    found = []
+    for one in [stage, *stage.others(case.seed, setup)]:
+        machine = one.with_effects(case.effects, case.seed)
+        recording = record_machine(machine, one.nuisances, setup.drive, one.reference)
+        gone: dict[str, Any] = {name: np.full(len(recording), np.nan) for name in setup.missing}
+        found.append(replace(recording, **gone) if gone else recording)
+    return found

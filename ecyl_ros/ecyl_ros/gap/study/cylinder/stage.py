@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import zlib
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -25,6 +25,8 @@ DURATION_S = 12.0
 PEAK_SPEED_RAD_S = 26.0  # of the rotor that a reference may ask for, unless a setup says more
 NOMINAL = 1.1  # recorded minus nominal without any effect, in floors, at most this everywhere
 QUIET_COMMAND = 0.15  # a command without noise is held to this share of what noise would make it
+_IN_TIME = ("periodic_disturbance",)  # effects with a phase of time
+_BETWEEN_NS = 60_000_000_000  # from the begin of one recording to that of the next
 DRAWS = 60  # before no machine is called possible
 
 
@@ -37,6 +39,8 @@ class Setup:
         peak_speed: of the rotor that a reference may ask for, rad/s.
         missing: signals that the recording lacks.
         drawn: whether the drive is the case's own.
+        several: how many recordings there are of each machine, and how long each is, s; None: one
+            of the usual length.
         full_draws, shrinks: of nuisances: draws at full size, and the factor of size from each
             later draw to the next.
     """
@@ -45,6 +49,7 @@ class Setup:
     peak_speed: float = PEAK_SPEED_RAD_S
     missing: frozenset[str] = frozenset()
     drawn: bool = False
+    several: tuple[int, float] | None = None
     full_draws: int = 10
     shrinks: float = 0.8
 
@@ -56,11 +61,25 @@ class Setup:
     @property
     def facts(self) -> dict[str, Any]:
         """What a label says of the setup; nothing where the drive file is the study's own."""
+        found: dict[str, Any] = {}
+        if self.several is not None:
+            found = {"recordings": self.several[0], "seconds_each": self.several[1]}
         if not self.drawn:
-            return {}
+            return found
         flat = drive_to_flat(self.drive).items()
         numbers = {key: one for key, one in flat if one != math.inf}
-        return {"missing": sorted(self.missing), "drive": numbers}
+        return found | {"missing": sorted(self.missing), "drive": numbers}
+
+    @property
+    def duration_s(self) -> float:
+        """Of each recording."""
+        return DURATION_S if self.several is None else self.several[1]
+
+    def reference(self, rng: np.random.Generator) -> tuple[FloatArray, FloatArray]:
+        """A motion of one recording: position m and velocity m/s at each control tick."""
+        drive = self.drive
+        speed = min(self.peak_speed * drive.transmission.rod_per_rotor, drive.limits.speed)
+        return draw_reference(rng, self.duration_s, 1.0 / drive.controller.rate, speed)
 
     @property
     def floor(self) -> dict[str, float]:
@@ -79,6 +98,7 @@ class Stage:
         errors: relative ones of its constants; the machine has them, its controller does not.
         nuisances, scale: of it; peaks are those of a machine with these constants.
         healthy: its run without noise.
+        number: of the recording among several.
     """
 
     reference: tuple[FloatArray, FloatArray]
@@ -87,6 +107,7 @@ class Stage:
     nuisances: Nuisances
     scale: Scale
     healthy: Run
+    number: int = 0
 
     @classmethod
     def of(cls, seed: int, drive: DriveParameters | Setup, sheet: float = 0.0) -> Stage:
@@ -99,8 +120,7 @@ class Stage:
         _check_noise(drive)
         rng = np.random.default_rng([seed, 0])
         tick_s = 1.0 / drive.controller.rate
-        speed = min(setup.peak_speed * drive.transmission.rod_per_rotor, drive.limits.speed)
-        reference = draw_reference(rng, DURATION_S, tick_s, speed)
+        reference = setup.reference(rng)
         plain = Nuisances(max(1, round(tick_s / 1e-5)), 0.0, 0.0, 0, 0)
         nominal = run_machine(nominal_physics(drive), plain, drive, reference)
         if not nominal.finite:
@@ -120,6 +140,30 @@ class Stage:
                 return cls(reference, made, errors, nuisances, _scale(own, drive), healthy)
         raise InputError(f"no machine off its sheet by {sheet:g} is stable under its controller")
 
+    def others(self, seed: int, setup: Setup) -> list[Stage]:
+        """The same machine in further recordings, each with a motion and a noise of its own.
+
+        Raises InputError where the machine is not stable on one of them.
+        """
+        found = []
+        machine = off_sheet(self.machine, self.errors)
+        for number in range(1, setup.several[0] if setup.several else 1):
+            reference = setup.reference(np.random.default_rng([seed, 5, number]))
+            nuisances = replace(
+                self.nuisances,
+                noise_seed=self.nuisances.noise_seed + number,
+                epoch_ns=self.nuisances.epoch_ns + number * _BETWEEN_NS,
+            )
+            healthy = run_machine(machine, nuisances, setup.drive, reference)
+            if not healthy.finite:
+                raise InputError("the machine is not stable on one of its motions; no case drawn")
+            found.append(
+                replace(
+                    self, reference=reference, nuisances=nuisances, healthy=healthy, number=number
+                )
+            )
+        return found
+
     def with_effects(self, effects: Mapping[str, Values], seed: int) -> Physics:
         """The healthy machine with effects on it.
 
@@ -129,7 +173,9 @@ class Stage:
         errors = {key: value for key, value in self.errors.items() if key not in taken}
         machine = off_sheet(self.machine, errors)
         for name, values in effects.items():
-            phases = np.random.default_rng([seed, zlib.crc32(name.encode())])
+            # No clock ties what swings in time to the begin of a recording.
+            own = [self.number] if name in _IN_TIME and self.number else []
+            phases = np.random.default_rng([seed, zlib.crc32(name.encode()), *own])
             EFFECTS[name].impose(machine, values, phases.uniform(0.0, 2.0 * np.pi, size=2))
         return machine
 
