@@ -96,7 +96,7 @@ def run(options: argparse.Namespace) -> int:
         (options.json, diagnosis.write_json),
         (options.report, diagnosis.write_report),
         (options.write_mcap, diagnosis.write_mcap),
-        (options.write_drive if diagnosis.closes else None, diagnosis.write_drive),
+        (options.write_drive if diagnosis.has_twin else None, diagnosis.write_drive),
     )
     written = []
     for path, write in writers:
@@ -104,7 +104,7 @@ def run(options: argparse.Namespace) -> int:
             write(path)
             written.append(str(path))
     print(summary(diagnosis, written))
-    if options.write_drive is not None and not diagnosis.closes:
+    if options.write_drive is not None and not diagnosis.has_twin:
         print(
             f"ecyl diagnose: no cause was named, {options.write_drive} is not written",
             file=sys.stderr,

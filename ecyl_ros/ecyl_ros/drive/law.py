@@ -67,6 +67,8 @@ class Law:
             running fastest.
         periods: of each variable, 0 for none; a periodic one is folded to begin at its first place.
         time_constant_s: of heat, the current squared behind a first-order low-pass; 0 elsewhere.
+        effort_unit, variable_units: of the values and of each variable, where a drive known by its
+            effort counts them otherwise than `PORTS` and `VARIABLES` do.
     """
 
     port: str
@@ -75,6 +77,8 @@ class Law:
     values: tuple[float, ...]
     periods: tuple[float, ...] = ()
     time_constant_s: float = 0.0
+    effort_unit: str = ""
+    variable_units: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         if not self.periods:
@@ -83,7 +87,12 @@ class Law:
     @property
     def unit(self) -> str:
         """Of its values."""
-        return PORTS[self.port]
+        return self.effort_unit or PORTS[self.port]
+
+    @property
+    def units(self) -> tuple[str, ...]:
+        """Of its variables."""
+        return self.variable_units or tuple(VARIABLES[one] for one in self.of)
 
     @property
     def of_friction(self) -> bool:

@@ -302,6 +302,11 @@ class Diagnosis:
         """Whether anything that was found, causes, constants or a law, closes the gap."""
         return bool(self.causes) or self.verdict == "within_sheet" or self.law is not None
 
+    @property
+    def has_twin(self) -> bool:
+        """Whether a drive file can hold what closes the gap: not a law of a rigid drive."""
+        return self.closes and not (self.law is not None and self.law.in_balance)
+
     def as_json(self) -> dict[str, Any]:
         """The diagnosis as plain data, schema `ecyl.diagnosis/1`."""
         return {

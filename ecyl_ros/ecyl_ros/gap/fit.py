@@ -22,6 +22,7 @@ from .replay import BoolArray, FloatArray, Replay
 from .robust import LOSS_SCALE, cost
 from .sheet import Sheet
 from .stages import FINE, Stage
+from .torque_scale import TorqueScale
 
 Values = dict[str, dict[str, float]]  # {effect: {parameter: value}}
 
@@ -237,6 +238,9 @@ class Fitter:
         slopes = np.empty((size, len(self.replay.signals) * int(self.rows.sum())))
         wanted = [*range(count), *self._borrow(known, stage, pulled, slopes)]
         by_size = [stage.difference * one.fineness for one in coordinates]
+        scale = TorqueScale.of(
+            start.names, coordinates, pulled.tolist(), self.sheet, self.replay.nominal
+        )
         ended = descend(
             objective,
             np.clip(np.concatenate([own, start.pulls[pulled]]), objective.low, objective.high),
@@ -248,6 +252,7 @@ class Fitter:
             ),
             most=steps,
             least=least,
+            mended=scale.taken_out if scale is not None else _as_they_are,
         )
         return dataclasses.replace(
             best,
@@ -292,6 +297,10 @@ class Fitter:
             return found
 
         return blurred
+
+
+def _as_they_are(slopes: FloatArray, point: FloatArray) -> None:
+    """Nothing is known of derivatives beyond themselves."""
 
 
 def coordinates_of(fit: Fit, *, nuisances: bool) -> tuple[Coordinate, ...]:

@@ -81,6 +81,7 @@ def descend(
     *,
     most: int,
     least: float,
+    mended: Callable[[FloatArray, FloatArray], None] = lambda slopes, point: None,
 ) -> bool:
     """Go down from `point`, with at most `most` steps; returns whether it has ended.
 
@@ -94,6 +95,7 @@ def descend(
         differences: how.
         most: steps at the most.
         least: fall of the objective below which it has ended.
+        mended: takes derivatives and the point they are of, and puts right what is known of them.
     """
     residual = objective.tried(point)
     value = objective.value(residual, point)
@@ -102,6 +104,7 @@ def descend(
     for _ in range(most):
         todo = wanted if fresh else fleeting
         _differentiate(objective, point, residual, slopes, todo, differences)
+        mended(slopes, point)
         hessian, slope = objective.curvature(residual, point, slopes)
         gained, promised, there, left = 0.0, 0.0, point, residual
         for damping in _DAMPING:

@@ -89,7 +89,7 @@ class Sheet:
         return np.zeros(len(self.keys))
 
     @property
-    def _relative(self) -> FloatArray:
+    def relative(self) -> FloatArray:
         """Tolerances as shares of the nominal values; 0 where there is none to be a share of."""
         return np.divide(
             self.tolerance,
@@ -100,7 +100,7 @@ class Sheet:
 
     def values(self, pulls: FloatArray) -> FloatArray:
         """Values of all constants, float64[k]; on a line where the nominal value is 0."""
-        relative = self._relative
+        relative = self.relative
         on_line = self.nominal + self.tolerance * pulls
         made: FloatArray = np.where(
             relative > 0.0, self.nominal * np.exp(relative * pulls), on_line
@@ -114,7 +114,7 @@ class Sheet:
 
     def bounds(self) -> tuple[FloatArray, FloatArray]:
         """(lowest, highest) pulls that a fit may reach, by a factor of `_FAR` at the most."""
-        relative = self._relative
+        relative = self.relative
         reach = np.where(
             relative > 0.0, math.log(_FAR) / np.where(relative > 0, relative, 1.0), _FAR
         )
@@ -149,7 +149,7 @@ class Sheet:
         row = self.index(CATALOGUE[effect].constant)
         if row is not None:
             off = values[CATALOGUE[effect].parameters[0].name] - CATALOGUE[effect].neutral(drive)
-            relative = self._relative[row]
+            relative = self.relative[row]
             pulls[row] = off / self.tolerance[row]
             if relative > 0.0:
                 pulls[row] = math.log(max(1.0 + relative * pulls[row], 1.0 / _FAR)) / relative

@@ -43,7 +43,7 @@ def write_twin(diagnosis: Diagnosis, drive: str | os.PathLike[str], out: str | P
     """
     source = resolve_drive(drive)
     nominal = load_model(source)
-    if not diagnosis.closes:
+    if not diagnosis.has_twin:
         raise InputError(f"{out}: not written, for no cause was named")
     text = source.read_bytes().decode("utf-8")
     twin = _rigid(diagnosis, nominal) if isinstance(nominal, Machine) else _full(diagnosis, nominal)

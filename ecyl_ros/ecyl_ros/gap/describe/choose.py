@@ -23,10 +23,10 @@ from .axis import Axis, columns, roughness
 from .missing import ROD, TORQUE, VOLTAGE, Missing
 from .motion import HEAT_S, Motion
 from .regress import SMOOTH, Regression, Rows, regress
+from .visited import Visited
 
 _ONE_SIDED_95 = 1.645
 _LEAST_TURNS = 1.5  # of a periodic variable, before it says anything of a period
-_STRETCH_S = 0.5
 _LOOKED_AT = 5  # pairs of variables that are looked at closely
 
 _PLACE = ("position", "rotor_angle", "screw_angle")
@@ -95,7 +95,7 @@ class Trial(NamedTuple):
     heat_s: float = 0.0
 
 
-def singles(kind: str, motion: Motion) -> list[Trial]:
+def singles(kind: str, motion: Visited) -> list[Trial]:
     """No variable, and each one that makes sense at a kind of port."""
     found = [] if kind == "friction" else [Trial(())]
     for one in _FREE[kind]:
@@ -110,7 +110,7 @@ def singles(kind: str, motion: Motion) -> list[Trial]:
     return found
 
 
-def pairs(kind: str, alone: Sequence[Guess]) -> list[Trial]:
+def pairs(kind: str, alone: Sequence[Guess], motion: Visited) -> list[Trial]:
     """Every two of the variables that were tried alone; heat as it did best."""
     best: dict[str, Guess] = {}
     for one in alone:
@@ -125,13 +125,13 @@ def pairs(kind: str, alone: Sequence[Guess]) -> list[Trial]:
             max(best[one].time_constant_s for one in pair),
         )
         for pair in itertools.combinations(best, 2)
-        if not any(set(pair) <= alike for alike in _ALIKE)
+        if not any(set(pair) <= alike for alike in _ALIKE) and motion.fills(*pair, False)
     ]
 
 
-def stretches(time_s: FloatArray, rows: np.ndarray) -> np.ndarray:
-    """The stretch of half a second each row lies in, numbered from 0 without holes: int64[m]."""
-    index = np.floor(time_s[rows] / _STRETCH_S).astype(np.int64)
+def stretches(motion: Visited, rows: np.ndarray) -> np.ndarray:
+    """The stretch each row lies in, numbered from 0 without holes: int64[m]."""
+    index = np.floor(motion.time_s[rows] / motion.stretch_s).astype(np.int64)
     numbered: np.ndarray = np.unique(index, return_inverse=True)[1]
     return numbered
 
@@ -140,7 +140,7 @@ class Balance:
     """Rows of one or more balances, whitened, for the regression of laws of one kind."""
 
     def __init__(
-        self, parts: Sequence[tuple[Missing, float]], motion: Motion, fitted: BoolArray
+        self, parts: Sequence[tuple[Missing, float]], motion: Visited, fitted: BoolArray
     ) -> None:
         """parts: balances, and what one unit of the law adds to each. fitted: bool[n]."""
         self.motion, self.parts = motion, parts
@@ -160,7 +160,7 @@ class Balance:
         self.data = Rows(
             np.concatenate(targets),
             np.concatenate(sheets, axis=1),
-            stretches(motion.time_s, where),
+            stretches(motion, where),
             np.ones(len(where)),
             max(EVIDENCE_PER_S * seconds, 1.0),
         )
@@ -262,7 +262,7 @@ def balances_of(
     return {kind: one for kind, one in made.items() if len(np.unique(one.data.block)) >= 4}
 
 
-def choose(kinds: Sequence[str], balances: Mapping[str, Balance], motion: Motion) -> Choice | None:
+def choose(kinds: Sequence[str], balances: Mapping[str, Balance], motion: Visited) -> Choice | None:
     """Of the kinds that one balance speaks of, the set that stands; None where nothing is known."""
     kinds = [kind for kind in kinds if kind in balances]
     if not kinds:
@@ -284,7 +284,7 @@ def choose(kinds: Sequence[str], balances: Mapping[str, Balance], motion: Motion
     glimpsed = [
         (kind, trial, balance.guess(kind, trial, level, glimpse=True).found.error)
         for kind in kinds
-        for trial in pairs(kind, guesses)
+        for trial in pairs(kind, guesses, motion)
     ]
     for kind, trial, _ in sorted(glimpsed, key=lambda one: one[2])[:_LOOKED_AT]:
         guesses.append(balance.guess(kind, trial, level))

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...drive.law import VARIABLES, Law
+from ...drive.law import Law
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -54,6 +54,7 @@ class Description:
             errors of prediction. ports: other ports that the recording cannot tell from its own.
         turns: how often each variable that repeats itself went round.
         resembles: the nearest named effect; None where none was tried.
+        in_balance: whether it was held against a balance of efforts, not played in closed loop.
         course: the missing quantity. points: float64[variables + 1, m], what the law was read from:
             its variables, and the missing quantity at the port.
     """
@@ -71,6 +72,7 @@ class Description:
     resembles: Resembled | None
     course: Course
     points: FloatArray
+    in_balance: bool = False
 
     def as_json(self) -> dict[str, Any]:
         """Plain data, as the contract has `law`."""
@@ -82,7 +84,7 @@ class Description:
         return {
             "port": law.port,
             "of": list(law.of),
-            "units": [VARIABLES[one] for one in law.of],
+            "units": list(law.units),
             "unit": law.unit,
             "period": list(law.periods),
             "time_constant_s": law.time_constant_s,

@@ -13,12 +13,13 @@ from collections.abc import Callable
 
 import numpy as np
 
-from ...drive.law import PERIODS, VARIABLES, Law
+from ...drive.law import PERIODS, Law
 from ..replay import FloatArray
 
 _MOST_TERMS = 4
 _AS_WELL = 0.05  # of the table's RMS
 _HARMONICS = 12
+_MOST_TURNS = 12.1
 _SYMBOLS = {
     "position": "x",
     "rotor_angle": "a",
@@ -45,7 +46,10 @@ def formula(law: Law, half: FloatArray) -> str | None:
     if not law.of:
         return f"{values[0]:.4g} {law.unit}"
     grids = np.meshgrid(*(np.array(one) for one in law.at), indexing="ij")
-    forms = [_forms(name, grid.ravel()) for name, grid in zip(law.of, grids, strict=True)]
+    forms = [
+        _forms(name, unit, grid.ravel())
+        for name, unit, grid in zip(law.of, law.units, grids, strict=True)
+    ]
     if len(forms) == 1:
         pool = forms[0]
     else:
@@ -82,8 +86,8 @@ def _fitted(terms: list[Term], values: FloatArray) -> tuple[FloatArray, FloatArr
     return found, values - design @ found
 
 
-def _forms(name: str, x: FloatArray) -> list[Term]:
-    unit, symbol = VARIABLES[name], _SYMBOLS[name]
+def _forms(name: str, unit: str, x: FloatArray) -> list[Term]:
+    symbol = _SYMBOLS[name]
     if name == "direction":
         return [[("sgn(w)", "", x)]]
     if name in PERIODS:
@@ -106,7 +110,9 @@ def _forms(name: str, x: FloatArray) -> list[Term]:
         found.append([(f"sgn({symbol})", "", np.sign(x))])
     if name in ("position", "time"):
         reach = float(np.ptp(x))
-        for turns in np.arange(0.75, 12.1, 0.05):
+        # Fewer than four places of the table in a period could as well be of another one.
+        most = min(_MOST_TURNS, (len(np.unique(x)) - 1) / 4.0)
+        for turns in np.arange(0.75, most + 0.01, 0.05):
             rate = 2.0 * math.pi * turns / reach
             length = f"{reach / turns:.3g} {unit}"
             found.append(_wave(f"2 pi {symbol} / {length}", rate * x))

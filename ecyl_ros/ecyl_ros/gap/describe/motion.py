@@ -14,6 +14,7 @@ from ...drive.engine import LOAD
 from ...drive.law import PERIODS
 from ..evidence import Smoother
 from ..replay import SIGNALS, BoolArray, FloatArray, Replay
+from ..split import STRETCH_S
 
 HEAT_S = (0.5, 1.5, 5.0)  # time constants of heat that are tried, s
 _PRESLIDING_RAD = 5e-4  # way from a reversal on which dry friction is not yet what it will be
@@ -95,6 +96,11 @@ class Motion:
         )
 
     @property
+    def stretch_s(self) -> float:
+        """Of stretches that are predicted from the others."""
+        return STRETCH_S
+
+    @property
     def time_s(self) -> FloatArray:
         """From the recording's first sample."""
         return self.replay.time_s
@@ -164,6 +170,10 @@ class Motion:
             "travel": lambda: self.travel(on_load),
         }
         return found[name]()
+
+    def fills(self, one: str, other: str, on_load: bool) -> bool:
+        """See `Visited`: every pair is looked at, for a law of two has to hold in closed loop."""
+        return True
 
     def periods(self, name: str, on_load: bool) -> float:
         """How often a periodic variable went round; infinite for others."""

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...drive.law import VARIABLES
 from ..describe.axis import Axis as Table
 from ..describe.description import Description, FloatArray
 from ..describe.words import VARIABLES as SPOKEN
@@ -23,9 +22,10 @@ _ROWS = 4  # curves of a law of two variables
 def sentence(diagnosis: Diagnosis, law: Description) -> str:
     """What was found, in a few sentences."""
     share = q.percent(law.shrink)
+    how = "Added to the model" if law.in_balance else "Played in the drive"
     text = (
-        f"Nothing in the catalogue explains the gap, but it can be described: {law.words}. Played "
-        f"in the drive it removes {'all' if share == '100 %' else share} of the gap on stretches "
+        f"Nothing in the catalogue explains the gap, but it can be described: {law.words}. {how} "
+        f"it removes {'all' if share == '100 %' else share} of the gap on stretches "
         "that it was not fitted to"
     )
     if diagnosis.floor > 0.0:
@@ -48,8 +48,7 @@ def facts(law: Description) -> list[tuple[str, str]]:
     played = law.law
     found = [("acts at", f"{played.port}, in {played.unit}")]
     found.append(("depends on", " and ".join(SPOKEN[one] for one in played.of) or "nothing"))
-    for name, places in zip(played.of, played.at, strict=True):
-        unit = VARIABLES[name]
+    for name, unit, places in zip(played.of, played.units, played.at, strict=True):
         shown = "" if unit == "1" else f" {unit}"
         span = f"{q.number(places[0])} to {q.number(places[-1])}{shown}"
         if name != "direction":
@@ -106,7 +105,7 @@ def _curves(law: Description) -> Chart:
     x, y = points[0, ::step], points[-1, ::step]
     if played.periods[0] > 0.0:
         x = np.mod(x, played.periods[0])
-    unit = VARIABLES[played.of[0]]
+    unit = played.units[0]
     label = SPOKEN[played.of[0]] + ("" if unit == "1" else f", {unit}")
     places = np.array(played.at[0])
     table = np.array(played.values).reshape(len(places), -1)

@@ -97,7 +97,7 @@ def _keys(diagnosis: Diagnosis, *, recorded: bool) -> str:
         added = "cause" if len(diagnosis.causes) == 1 else "causes"
         kinds.append(("after", f"with the {added} added"))
     elif diagnosis.law is not None:
-        kinds.append(("after", "with the law played"))
+        kinds.append(("after", "with the law"))
     elif diagnosis.closes:
         kinds.append(("after", "with the constants found"))
     if not recorded:

@@ -62,7 +62,7 @@ def _rows(diagnosis: Diagnosis) -> list[tuple[str, str, float, float, str]]:
     if diagnosis.closes:
         name = "with it added" if len(diagnosis.causes) == 1 else "with them added"
         name = name if diagnosis.causes else "with the constants found"
-        name = "with the law played" if diagnosis.law is not None else name
+        name = "with the law" if diagnosis.law is not None else name
         rows.append((name, "after", 0.0, diagnosis.after, size(diagnosis.after)))
     rows.append((f"{diagnosis.floor_is} (floor)", "floor", 0.0, floor, _share(floor)))
     return rows

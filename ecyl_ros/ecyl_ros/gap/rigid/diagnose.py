@@ -15,6 +15,7 @@ from ...effects import (
 )
 from ...errors import InputError
 from ...recording.signals import Recording
+from ..describe.rigid import with_rigid_description
 from ..diagnosis import Diagnosis
 from .assemble import assembled
 from .balance import Balance, Blur, Solution
@@ -54,7 +55,8 @@ def diagnose_rigid(
     motion = motion_of(recording, machine, source, mode)
     check_motion(motion, machine, source)
     judgement = judged(motion, machine, without, source, tell)
-    return assembled(judgement, mode, [recording], source, drive_name, without)
+    found = assembled(judgement, mode, [recording], source, drive_name, without)
+    return with_rigid_description(found, judgement)
 
 
 def judged(

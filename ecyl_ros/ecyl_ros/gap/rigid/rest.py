@@ -49,11 +49,16 @@ def moving(rows: BoolArray, motion: Motion, along: Along) -> BoolArray:
     """
     if not along.rubs and not along.model.shapes:
         return rows
+    kept: BoolArray = rows & ~reversing(motion, along)[motion.rows]
+    return kept if kept.sum() > _ENOUGH * rows.sum() else rows
+
+
+def reversing(motion: Motion, along: Along) -> BoolArray:
+    """bool[n], where the sign of the speed is not sure, and as far as the filter carries that."""
     resting = np.abs(motion.velocity) < _REVERSING * along.soft
     resting[1:] |= np.signbit(motion.velocity[1:]) != np.signbit(motion.velocity[:-1])
-    near = maximum_filter1d(resting, _smeared(motion))[motion.rows]
-    kept: BoolArray = rows & ~near
-    return kept if kept.sum() > _ENOUGH * rows.sum() else rows
+    found: BoolArray = maximum_filter1d(resting, _smeared(motion))
+    return found
 
 
 def _smeared(motion: Motion) -> int:

@@ -1,0 +1,223 @@
+"""A rigid drive's effort that nothing in the catalogue explains, as a law along its motion.
+
+The balance of efforts is linear in a law's table, so that what a cylinder needs replays for is one
+regression: the law is fitted beside the data sheet on some stretches, and must hold on the others.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+
+from ...effects.catalogue import EFFECTS, RIGID
+from ...effects.term import Term
+from ..diagnosis import BoolArray, Diagnosis, FloatArray
+from ..rigid.judge import Judgement
+from ..strain import STRAINED
+from ..verdict import EXPLAINED_SHRINK, STRUCTURELESS, shrink_of
+from . import words
+from .chance import LEVEL, probability
+from .choose import Balance, Choice, choose
+from .description import Course, Description, Resembled
+from .formula import formula
+from .missing import TORQUE, Missing
+from .rigid_motion import RigidMotion
+
+_EXPLAINS = 0.5  # share of what the sheet alone leaves that a law has to predict
+_FREE = 1e3  # times what a pull of what the file leaves out may come to
+_LAG = 4.0  # times half a sample
+_LEAST_STRETCHES = 12  # that are fitted: fewer draws of their signs say nothing
+_NOT_PLAYED = "the law is held against the effort; position and speed are replayed without it"
+_VISITED = 3  # samples about a place from which it counts as visited
+
+
+def with_rigid_description(diagnosis: Diagnosis, judgement: Judgement) -> Diagnosis:
+    """The diagnosis; where it is `unexplained` and a law holds on unseen data, `described`."""
+    if diagnosis.verdict != "unexplained":
+        return diagnosis
+    found = _described(diagnosis, judgement)
+    return diagnosis if found is None else found
+
+
+def _missing(judgement: Judgement, motion: RigidMotion) -> Missing:
+    """The effort that is missing, positive where it drives; the sheet beside it."""
+    balance, null = judgement.balance, judgement.null
+    columns = []
+    size = float(np.std(balance.target[balance.usable])) or 1.0
+    for term in null.unknown:
+        made = balance.columns([term]).T
+        spread = np.std(made[:, balance.usable], axis=1, keepdims=True)
+        columns.append(_FREE * size * made / np.where(spread > 0.0, spread, 1.0))
+    for one in null.uncertain:
+        # The lag was found beside what is missing, and may be off by as much as any lag may be.
+        wide = 1.0 if _states(one.term) else _LAG
+        columns.append(wide * one.width * balance.columns([one.term]).T)
+    sheet = np.concatenate(columns) if columns else np.zeros((0, balance.target.size))
+    rows = np.flatnonzero(motion.known)
+    pulled = tuple(range(len(sheet)))
+    unit = judgement.motion.effort_unit
+    return Missing(
+        TORQUE, unit, -balance.target, judgement.floor, motion.known, rows, -sheet, pulled
+    )
+
+
+def _described(diagnosis: Diagnosis, judgement: Judgement) -> Diagnosis | None:
+    balance, contest, floor = judgement.balance, judgement.contest, judgement.floor
+    motion = RigidMotion.of(balance, judgement.catalogue)
+    missing = _missing(judgement, motion)
+    if len(np.unique(balance.stretch[motion.known & balance.fitted])) < _LEAST_STRETCHES:
+        return None
+    looked = Balance([(missing, 1.0)], motion, balance.fitted)
+    choice = choose(("torque", "friction"), {"torque": looked, "friction": looked}, motion)
+    if choice is None or choice.best.found.error > (1.0 - _EXPLAINS) * choice.alone.error:
+        return None
+    judged = balance.judged & motion.known
+    if not judged.any():
+        return None
+    if not _known(looked, choice):
+        return None
+    law, sheet = _parts(looked, choice, missing)
+    before = float(np.sqrt(np.mean((missing.values - _sheet_alone(choice, missing))[judged] ** 2)))
+    after = float(np.sqrt(np.mean((missing.values - law - sheet)[judged] ** 2)))
+    named = min((one.rms(judged) for one in (contest.winner, *contest.rivals)), default=np.inf)
+    surplus = max(before - floor, 1e-12)
+    # Nothing says what else may act beside a law: it has to account for all, as causes do.
+    whole = after <= STRUCTURELESS * floor or before - after >= EXPLAINED_SHRINK * surplus
+    if not whole or named <= after or _strained(choice, judgement):
+        return None
+    chance = probability(looked, [choice.best, *choice.rivals[:4]])
+    if chance > LEVEL:
+        return None
+    found = _description(judgement, motion, looked, choice, missing, law, sheet, chance)
+    nominal = contest.nominal.rms(judged)
+    shrink = shrink_of(nominal, after, max(nominal - floor, 1e-12))
+    spread = judgement.spread
+    left = np.asarray(diagnosis.series.after).copy()
+    counted = judgement.motion.counted
+    left[0] = counted * (balance.effort - balance.target - law - sheet)
+    gap = dataclasses.replace(diagnosis.signals[0], after=after)
+    return dataclasses.replace(
+        diagnosis,
+        verdict="described",
+        block=words.BLOCKS[found.law.port],
+        law=dataclasses.replace(found, shrink=shrink),
+        signals=(gap, *diagnosis.signals[1:]),
+        after=after / spread,
+        shrink=shrink,
+        series=dataclasses.replace(diagnosis.series, after=left),
+        misfit_after=after / floor,
+        notes=(*diagnosis.notes, _NOT_PLAYED),
+    )
+
+
+def _known(looked: Balance, choice: Choice) -> bool:
+    """Whether the law is larger than its 95 % band where it was visited.
+
+    What the file leaves out, and the law, may be exchanged for one another at any size.
+    """
+    found = choice.best.found
+    seen = _seen(looked, choice)
+    variance = np.maximum(np.diag(found.covariance), 0.0)[seen]
+    return bool(np.mean(found.values[seen] ** 2) > 1.96**2 * np.mean(variance))
+
+
+def _seen(looked: Balance, choice: Choice) -> BoolArray:
+    if not choice.best.axes:
+        return np.ones(1, dtype=bool)
+    found: BoolArray = looked.visits(choice.best) >= _VISITED
+    return found
+
+
+def _parts(looked: Balance, choice: Choice, missing: Missing) -> tuple[FloatArray, FloatArray]:
+    """What law and sheet give along the motion, float64[n] each, positive where it drives."""
+    best = choice.best
+    table = best.found.values @ looked.table(best)
+    if best.kind == "friction":
+        table = -np.sign(looked.motion.speed) * table
+    return table, best.found.pulls @ missing.columns
+
+
+def _sheet_alone(choice: Choice, missing: Missing) -> FloatArray:
+    found: FloatArray = choice.alone.pulls @ missing.columns
+    return found
+
+
+def _strained(choice: Choice, judgement: Judgement) -> bool:
+    """Whether a constant would lie further off its sheet than a sound one does."""
+    stated = [False for one in judgement.null.unknown for _ in one.columns]
+    stated += [_states(one.term) for one in judgement.null.uncertain for _ in one.term.columns]
+    pulls = choice.best.found.pulls[np.array(stated, dtype=bool)]
+    return bool(np.any(4.0 * pulls**2 > STRAINED))
+
+
+def _states(term: Term) -> bool:
+    """Whether a data sheet states what a term stands for."""
+    return any(RIGID[term.effect].constant)
+
+
+def _description(
+    judgement: Judgement,
+    motion: RigidMotion,
+    looked: Balance,
+    choice: Choice,
+    missing: Missing,
+    law: FloatArray,
+    sheet: FloatArray,
+    chance: float,
+) -> Description:
+    best, along = choice.best, judgement.catalogue.along
+    port = f"{along.side}_{'friction' if best.kind == 'friction' else 'torque'}"
+    played = dataclasses.replace(
+        best.law(port),
+        effort_unit=judgement.motion.effort_unit,
+        variable_units=tuple(motion.units[one] for one in best.of),
+    )
+    half = 1.96 * np.sqrt(np.maximum(np.diag(best.found.covariance), 0.0))
+    against = -np.sign(motion.speed) if best.kind == "friction" else np.ones(len(motion.speed))
+    rows = missing.rows
+    values = missing.values - sheet
+    points = [motion.variable(one, False, best.time_constant_s)[rows] for one in best.of]
+    rivals = [one for one in choice.rivals if one.of != best.of]
+    return Description(
+        law=played,
+        half=half,
+        seen=_seen(looked, choice),
+        shrink=0.0,
+        formula=formula(played, half),
+        words=f"{words.place(played)} {words.depends(played)}",
+        chance=chance,
+        next_best=tuple((one.of, one.found.error / best.found.error) for one in rivals[:3]),
+        ports=(),
+        turns={},
+        resembles=_resembled(judgement, missing, law, sheet),
+        course=Course(
+            motion.time_s,
+            values,
+            1.96 * judgement.white,
+            motion.known,
+            law,
+            played.unit,
+        ),
+        points=np.array([*points, (values * against)[rows]]),
+        in_balance=True,
+    )
+
+
+def _resembled(
+    judgement: Judgement, missing: Missing, law: FloatArray, sheet: FloatArray
+) -> Resembled | None:
+    """The nearest of the named effects, alone."""
+    judged, floor = judgement.balance.judged & missing.known, judgement.floor
+    unknown = {one.effect for one in judgement.null.unknown}
+    alone = [
+        (name, one.rms(judged))
+        for one in judgement.contest.singles
+        for name in one.effects
+        if name in EFFECTS and name not in unknown
+    ]
+    if not alone:
+        return None
+    name, left = min(alone, key=lambda one: one[1])
+    rest = float(np.sqrt(np.mean((missing.values - law - sheet)[judged] ** 2)))
+    return Resembled(name, left / floor, rest / floor)

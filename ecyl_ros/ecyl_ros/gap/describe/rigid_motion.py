@@ -1,0 +1,132 @@
+"""What a missing effort may depend on, along the motion of a rigid drive."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.signal import lfilter
+
+from ...drive.law import PERIODS, VARIABLES
+from ..diagnosis import BoolArray, FloatArray
+from ..rigid.balance import Balance
+from ..rigid.motion import Motion
+from ..rigid.rest import reversing
+from ..rigid.terms import Catalogue
+from .motion import HEAT_S
+
+_LEAST_TURNS = 1.5  # of an output that turns, before its angle is one of a turn
+_CELLS, _VISITED, _FILLED = 10, 3, 0.5  # of a plane: each way, samples of a visit, share visited
+# Efforts that what warms a winding goes with.
+_WARM = ("current", "torque", "force")
+
+
+@dataclass(frozen=True)
+class Decimated:
+    """Compared samples need no further filter; a window of three points is none."""
+
+    step: float
+    points: int = 3
+
+
+@dataclass(frozen=True, eq=False)
+class RigidMotion:
+    """The compared samples of a rigid drive's motion; see `visited.Visited`.
+
+    Attributes:
+        known: bool[n], where dry friction is fully against the motion.
+        place: what the position is called: within a turn where the output goes round.
+        units: of each variable.
+    """
+
+    time_s: FloatArray
+    position: FloatArray
+    speed: FloatArray
+    effort: FloatArray
+    known: BoolArray
+    place: str
+    warms: bool
+    units: dict[str, str]
+    stretch_s: float
+    smooth: Decimated
+    starts: FloatArray
+
+    @classmethod
+    def of(cls, balance: Balance, catalogue: Catalogue) -> RigidMotion:
+        """Of a balance."""
+        motion: Motion = balance.motion
+        rows, end = motion.rows, catalogue.units.end
+        turning = not catalogue.machine.linear
+        turns = np.ptp(motion.position[motion.usable]) / math.tau if turning else 0.0
+        units = {**VARIABLES, "position": end, "travel": end, "speed": f"{end}/s"}
+        units["heat"] = f"({motion.effort_unit})^2"
+        slid = balance.usable & ~reversing(motion, catalogue.along)[rows]
+        return cls(
+            balance.time_s,
+            motion.position[rows],
+            motion.velocity[rows],
+            np.asarray(motion.counted * balance.effort, dtype=np.float64),
+            slid,
+            "rotor_angle" if turns > _LEAST_TURNS else "position",
+            motion.effort_name in _WARM,
+            units,
+            balance.stretch_s,
+            Decimated(motion.step / motion.rate_hz),
+            np.flatnonzero(np.diff(motion.recording, prepend=-1)).astype(float),
+        )
+
+    def periods(self, name: str, on_load: bool) -> float:
+        """See `Visited`."""
+        if name in ("position", "rotor_angle", "screw_angle") and name != self.place:
+            return 0.0
+        if name in ("current", "torque", "voltage", "time") or (name == "heat" and not self.warms):
+            return 0.0
+        if name not in PERIODS:
+            return math.inf
+        return float(np.ptp(self.position[self.known])) / PERIODS[name]
+
+    def fills(self, one: str, other: str, on_load: bool) -> bool:
+        """See `Visited`.
+
+        A motion that repeats one path is a thin line in the plane of two variables, and any effort
+        along it a law of both.
+        """
+        if "direction" in (one, other):
+            return True
+        places = []
+        for name in (one, other):
+            values = self.variable(name, False, max(HEAT_S))[self.known]
+            if name in PERIODS:
+                values = np.mod(values, PERIODS[name])
+            low, high = np.quantile(values, [0.005, 0.995])
+            share = (values - low) / max(float(high - low), 1e-300)
+            places.append(np.clip((share * _CELLS).astype(np.int64), 0, _CELLS - 1))
+        visits = np.bincount(places[0] * _CELLS + places[1], minlength=_CELLS**2)
+        return float(np.mean(visits >= _VISITED)) >= _FILLED
+
+    def variable(self, name: str, on_load: bool, time_constant_s: float = 0.0) -> FloatArray:
+        """See `Visited`."""
+        if name in ("position", "rotor_angle"):
+            return self.position
+        if name == "speed":
+            return self.speed
+        if name == "direction":
+            return np.sign(self.speed)
+        if name == "heat":
+            kept = math.exp(-self.smooth.step / time_constant_s)
+            found: FloatArray = lfilter([1.0 - kept], [1.0, -kept], self.effort**2)
+            return found
+        if name == "travel":
+            return self._travel()
+        raise KeyError(name)
+
+    def _travel(self) -> FloatArray:
+        """Way since the speed last changed sign, signed."""
+        sign = np.where(self.speed < 0.0, -1.0, 1.0)
+        turns = np.concatenate([[True], sign[1:] != sign[:-1]])
+        turns[self.starts.astype(np.int64)] = True
+        begins = np.flatnonzero(turns)
+        start = np.repeat(self.position[begins], np.diff(np.append(begins, len(sign))))
+        way: FloatArray = self.position - start
+        return np.where(way * sign > 0.0, way, 0.0)

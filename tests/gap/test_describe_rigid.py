@@ -1,0 +1,118 @@
+"""Rigid drives whose missing effort has no name: the law that describes it, against the truth."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from rigid_machines import LINEAR, ROTARY, Motion, motion, recorded
+
+import ecyl_ros as ec
+from ecyl_ros.errors import InputError
+from ecyl_ros.gap.describe.description import Description
+from ecyl_ros.gap.diagnose import diagnose
+from ecyl_ros.gap.diagnosis import Diagnosis
+from ecyl_ros.gap.report.page import report_html
+from ecyl_ros.gap.report.terminal import summary
+
+MOTION = motion(0.1)
+WIDE = motion(6.0)
+
+
+def found(asked: Callable[[Motion], np.ndarray], noise: float = 0.3) -> Diagnosis:
+    """Of a mass of 20 kg that needs an effort besides, N."""
+    return diagnose(recorded(MOTION, 20.0 * MOTION.a + asked(MOTION), LINEAR, noise, 1e-6), LINEAR)
+
+
+def law_of(diagnosis: Diagnosis) -> Description:
+    """Where there is one, and no cause beside it."""
+    assert diagnosis.verdict == "described" and diagnosis.law is not None
+    assert not diagnosis.causes
+    return diagnosis.law
+
+
+def inside(law: Description, true: Callable[[np.ndarray], np.ndarray]) -> float:
+    """Share of the visited places whose 95 % band, or a thirtieth of the law, holds the truth."""
+    places, values = np.array(law.law.at[0]), np.array(law.law.values)
+    off = np.abs(values - true(places))
+    near = off <= np.maximum(law.half, np.ptp(values) / 30.0)
+    return float(np.mean(near[law.seen]))
+
+
+def bump(q: np.ndarray) -> np.ndarray:
+    """A resistance at one place, N."""
+    return 8.0 * np.exp(-(((q - 0.03) / 0.015) ** 2))
+
+
+def test_a_resistance_at_one_place_is_a_law_of_position() -> None:
+    """What drags against positive motion at a place, whichever way it moves, is told by its curve,
+    with the sign of what drives, and most of the gap is gone on held-out stretches."""
+    diagnosis = found(lambda m: bump(m.q))
+    law = law_of(diagnosis)
+    assert law.law.port == "load_torque" and law.law.of == ("position",)
+    assert law.law.unit == "N" and law.law.units == ("m",)
+    assert inside(law, lambda q: -bump(q)) > 0.9
+    assert law.shrink > 0.9 and diagnosis.block == "load"
+
+
+def test_a_drag_at_one_speed_is_a_friction_of_speed() -> None:
+    """A level against the motion that is there at one speed alone."""
+
+    def drag(v: np.ndarray) -> np.ndarray:
+        return 6.0 * np.exp(-(((v - 0.15) / 0.05) ** 2))
+
+    law = law_of(found(lambda m: drag(m.v)))
+    assert law.law.of == ("speed",) and law.law.units == ("m/s",)
+    sign = 1.0 if law.law.of_friction else -1.0
+    assert inside(law, lambda v: sign * drag(v) * np.where(v < 0.0, -sign, 1.0)) > 0.9
+
+
+def test_a_spring_that_hardens_is_told_by_its_formula() -> None:
+    """A force with the cube of the position comes out as that, its factor within 2 %."""
+    law = law_of(found(lambda m: 8e4 * m.q**3))
+    assert law.formula is not None
+    size, *rest = law.formula.split()
+    assert float(size) == pytest.approx(-8e4, rel=0.02) and " ".join(rest) == "N/m^3 x^3"
+
+
+def test_an_output_that_turns_has_a_law_of_its_angle() -> None:
+    """A torque at one place of the turn, over several turns, is periodic in the angle."""
+
+    def notch(q: np.ndarray) -> np.ndarray:
+        return 0.5 * np.exp(3.0 * (np.cos(q - 1.0) - 1.0)) * np.sin(q)
+
+    m = WIDE
+    law = law_of(diagnose(recorded(m, 0.02 * m.a + notch(m.q), ROTARY, 0.01, 1e-5), ROTARY))
+    assert law.law.port == "rotor_torque" and law.law.of == ("rotor_angle",)
+    assert law.law.unit == "N m" and inside(law, lambda q: -notch(q)) > 0.9
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_an_effort_that_wanders_is_no_law(seed: int) -> None:
+    """What depends on nothing that was recorded is not described, and a sound drive neither."""
+    course = np.random.default_rng(seed).normal(size=21)
+    wandering = found(lambda m: 5.0 * np.interp(m.t, np.arange(21.0), course))
+    assert wandering.verdict != "described"
+    assert found(lambda m: 0.0 * m.q).verdict == "no_gap"
+
+
+def test_report_json_and_summary_tell_the_law(tmp_path) -> None:
+    """Units in all three; a drive file cannot hold it, which is one line."""
+    diagnosis = found(lambda m: bump(m.q))
+    assert "a torque on the load that depends on position" in " ".join(summary(diagnosis).split())
+    assert "Added to the model it removes" in " ".join(summary(diagnosis).split())
+    page = report_html(diagnosis)
+    assert "position, m" in page and "value, N" in page
+    data = json.loads(json.dumps(diagnosis.as_json()))["law"]
+    assert data["unit"] == "N" and data["units"] == ["m"] and len(data["table"]["at"]) == 48
+    drive = tmp_path / "axis.yaml"
+    drive.write_text(
+        "/**:\n  ros__parameters:\n    drive: {kind: rigid, output: linear}\n"
+        "    actuation: {signal: force}\n    load: {mass: 20.0}\n"
+    )
+    run = recorded(MOTION, 20.0 * MOTION.a + bump(MOTION.q), LINEAR, 0.3, 1e-6)
+    with pytest.raises(InputError, match="not written, for no cause was named"):
+        ec.diagnose(run, drive).write_drive(tmp_path / "twin.yaml")
+    assert not (tmp_path / "twin.yaml").exists()
