@@ -6,6 +6,7 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 
 from ..effects.catalogue import CATALOGUE
+from ..effects.effect import Quantity
 from .coordinate import PHASE, Coordinate, later
 from .fit import Fit, Fitter
 
@@ -13,6 +14,7 @@ NEAR_FLOOR = 1.3  # times a perfect model's cost: no closer look needed
 _BRACKET = 0.8  # half width of a search along one parameter, in the fit's coordinates
 _NARROW = 0.03  # the same around what it found: the valley of a limit is a thousandth wide
 _SHAPES = (0.25, 0.5, 2.0, 4.0)  # times a shape parameter at the start of its fit
+_ENDS = (0.05, 0.95)  # of what runs from one form of an effect to another
 _MATTERS = 0.1  # share of the cost that a shape must move to be looked at closely
 
 
@@ -83,9 +85,7 @@ def shaped(fitter: Fitter, start: Fit) -> Fit:
     """
     best = start
     for name in start.values:
-        for one in CATALOGUE[name].parameters:
-            if not one.nuisance or one.name == PHASE:
-                continue
+        for one in _shapes(name):
             middle = best.values[name][one.name]
             costs = [best.fitted]
             for factor in _SHAPES:
@@ -99,4 +99,31 @@ def shaped(fitter: Fitter, start: Fit) -> Fit:
             if matters and not near_floor(best, fitter):
                 value = best.values[name][one.name]
                 best = along(fitter, best, Coordinate.around(name, one, value))
+        best = _blended(fitter, best, name)
+    return best
+
+
+def _shapes(name: str) -> list[Quantity]:
+    return [one for one in CATALOGUE[name].parameters if one.nuisance and one.name != PHASE]
+
+
+def _blended(fitter: Fitter, start: Fit, name: str) -> Fit:
+    """The better end of what runs from one form of an effect (0) to another (1).
+
+    Size and other shapes that suit one form lead away from the other, so that no small step in
+    between is better: they are fitted anew at either end.
+    """
+    best = start
+    for blend in (one for one in _shapes(name) if one.unit == "1" and one.high == 1.0):
+        size = CATALOGUE[name].parameters[0]
+        others = [one for one in _shapes(name) if one is not blend]
+        for end in _ENDS:
+            if near_floor(best, fitter):
+                return best
+            values = {**start.values, name: {**start.values[name], blend.name: end}}
+            tried = fitter.evaluate(values, start.pulls)
+            for one in (*others, size):
+                value = tried.values[name][one.name]
+                tried = along(fitter, tried, Coordinate.around(name, one, value))
+            best = min(best, tried, key=lambda one: one.fitted)
     return best
