@@ -84,13 +84,18 @@ def rows(diagnosis: Diagnosis) -> list[list[str]]:
     made = [head + (["after/floor", "removed", "by the others"] if closes else [])]
     for one in diagnosis.recordings:
         row = [one.name, q.number(one.duration_s)]
-        row += [q.amount(one.before, one.unit), q.amount(one.floor, one.unit)]
+        row += [_size(one.before, one.unit), _size(one.floor, one.unit)]
         row += [q.times(one.before, one.floor)]
         if closes:
             unseen = "-" if one.unseen is None else q.percent(one.unseen)
             row += [q.times(one.after, one.floor), q.percent(one.shrink), unseen]
         made.append(row)
     return made
+
+
+def _size(value: float, unit: str) -> str:
+    """Of a gap; pooled over signals of several units it is a share of them."""
+    return q.amount(value, unit) if unit else q.percent(value)
 
 
 def parts(diagnosis: Diagnosis, keys: str) -> list[str]:
@@ -108,7 +113,8 @@ def parts(diagnosis: Diagnosis, keys: str) -> list[str]:
     kinds = ["", *["num"] * (len(head) - 1)]
     cells = [[escape(row[0]), *(typeset(cell) for cell in row[1:])] for row in body]
     caption = (
-        "RMS on held-out stretches of each recording, in its own noise. By the others: the gap "
+        "RMS on held-out stretches of each recording, in its own noise; of several signals "
+        "together as a share of how far these vary. By the others: the gap "
         "that the same causes remove from the whole recording with the values that the other "
         "recordings give."
     )
