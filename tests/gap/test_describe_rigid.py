@@ -55,6 +55,9 @@ def test_a_resistance_at_one_place_is_a_law_of_position() -> None:
     assert law.law.unit == "N" and law.law.units == ("m",)
     assert inside(law, lambda q: -bump(q)) > 0.9
     assert law.shrink > 0.9 and diagnosis.block == "load"
+    # Position and speed are replayed without the law, and not told as if it had closed them.
+    assert [one.name for one in diagnosis.signals] == ["force"]
+    assert diagnosis.series.recorded.shape[0] == diagnosis.series.after.shape[0] == 1
 
 
 def test_a_drag_at_one_speed_is_a_friction_of_speed() -> None:

@@ -28,7 +28,6 @@ _EXPLAINS = 0.5  # share of what the sheet alone leaves that a law has to predic
 _FREE = 1e3  # times what a pull of what the file leaves out may come to
 _LAG = 4.0  # times half a sample
 _LEAST_STRETCHES = 12  # that are fitted: fewer draws of their signs say nothing
-_NOT_PLAYED = "the law is held against the effort; position and speed are replayed without it"
 _VISITED = 3  # samples about a place from which it counts as visited
 
 
@@ -93,21 +92,25 @@ def _described(diagnosis: Diagnosis, judgement: Judgement) -> Diagnosis | None:
     nominal = contest.nominal.rms(judged)
     shrink = shrink_of(nominal, after, max(nominal - floor, 1e-12))
     spread = judgement.spread
-    left = np.asarray(diagnosis.series.after).copy()
-    counted = judgement.motion.counted
-    left[0] = counted * (balance.effort - balance.target - law - sheet)
+    series = diagnosis.series
+    # Position and speed were replayed without the law, and have no part in what it closes.
+    shown = judgement.motion.counted * (balance.effort - balance.target - law - sheet)
     gap = dataclasses.replace(diagnosis.signals[0], after=after)
     return dataclasses.replace(
         diagnosis,
         verdict="described",
         block=words.BLOCKS[found.law.port],
         law=dataclasses.replace(found, shrink=shrink),
-        signals=(gap, *diagnosis.signals[1:]),
+        signals=(gap,),
         after=after / spread,
         shrink=shrink,
-        series=dataclasses.replace(diagnosis.series, after=left),
+        series=dataclasses.replace(
+            series,
+            recorded=series.recorded[:1],
+            before=series.before[:1],
+            after=np.asarray(shown)[None],
+        ),
         misfit_after=after / floor,
-        notes=(*diagnosis.notes, _NOT_PLAYED),
     )
 
 

@@ -80,6 +80,7 @@ def facts(law: Description) -> list[tuple[str, str]]:
 def pictures(law: Description) -> list[str]:
     """The law's curve over the points it was read from, and the missing quantity over time."""
     found = []
+    unknown = "" if law.in_balance else "flanks apart, "
     if law.law.of:
         chart = _curves(law)
         what = "Dots: what the recording lacks at this port. Line: the law"
@@ -93,7 +94,7 @@ def pictures(law: Description) -> list[str]:
         figure(
             str(_course(law)),
             "The missing quantity over time with its 95 % band from the sensors' noise, and what "
-            "the law gives; shaded where it cannot be known: flanks apart, at rest, just reversed.",
+            f"the law gives; shaded where it cannot be known: {unknown}at rest, just reversed.",
         )
     )
     return found
