@@ -104,7 +104,7 @@ def test_an_effort_that_wanders_is_no_law(seed: int) -> None:
 def test_report_json_and_summary_tell_the_law(tmp_path) -> None:
     """Units in all three; a drive file cannot hold it, which is one line."""
     diagnosis = found(lambda m: bump(m.q))
-    assert "a torque on the load that depends on position" in " ".join(summary(diagnosis).split())
+    assert "a force on the load that depends on position" in " ".join(summary(diagnosis).split())
     assert "Added to the model it removes" in " ".join(summary(diagnosis).split())
     page = report_html(diagnosis)
     assert "position, m" in page and "value, N" in page

@@ -66,7 +66,7 @@ def test_what_is_open_is_asked_for() -> None:
 def _investigated(
     folder: Path,
     monkeypatch: pytest.MonkeyPatch,
-    answers: list[dict[str, Any]],
+    answers: list[Any],
     motions: int = 4,
     ended: str | None = None,
 ) -> tuple[Any, list[float], list[Any]]:
@@ -80,6 +80,8 @@ def _investigated(
 
     def judged(recordings: Any, drive_file: Path, tell: Any) -> Any:
         data = answers[len(recordings) - 1]
+        if isinstance(data, Exception):
+            raise data
         return SimpleNamespace(
             to_dict=lambda: data,
             sentence=data["verdict"],
@@ -132,6 +134,18 @@ def test_the_loop_ends_with_its_budget_and_with_a_drive_that_was_stopped(
     story, _, _ = _investigated(tmp_path / "b", monkeypatch, [], ended="current of 60 A")
     assert story.outcome == "ended" and "current of 60 A" in story.said
     assert story.steps[0].diagnosis is None
+
+
+def test_recordings_that_do_not_go_together_end_the_loop_with_what_was_found(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The story so far is kept, with the reason; of the first recording alone it is refused."""
+    refused = InputError("a.mcap and b.mcap: expected recordings of one machine")
+    story, lengths, _ = _investigated(tmp_path / "a", monkeypatch, [OPEN, refused])
+    assert story.outcome == "open" and "recordings of one machine" in story.said
+    assert len(lengths) == 2 and (tmp_path / "a" / "found" / "index.html").exists()
+    with pytest.raises(InputError, match="one machine"):
+        _investigated(tmp_path / "b", monkeypatch, [refused])
 
 
 def test_every_bound_is_held_against_each_sample() -> None:

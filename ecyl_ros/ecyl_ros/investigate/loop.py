@@ -100,7 +100,13 @@ class Investigation:
             if step.played.ended is not None:
                 self._keep(step)
                 return self._close(ENDED, self._why_ended(step))
-            step = self._diagnosed(step)
+            try:
+                step = self._diagnosed(step)
+            except InputError as error:
+                if number == 1:
+                    raise
+                self._keep(step)
+                return self._close(OPEN, f"the recordings cannot be judged together: {error}")
             self._keep(step)
             said = self._answer(step)
             if said is not None:

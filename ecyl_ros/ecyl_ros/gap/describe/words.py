@@ -45,7 +45,8 @@ _REPEATS = 0.6  # share of a curve's variance in one wave
 
 def place(law: Law) -> str:
     """Of what kind it is and where it acts."""
-    return PLACES[law.port]
+    kind = {"N m": "a torque", "N": "a force"}.get(law.unit, "an effort")
+    return PLACES[law.port].replace("a torque", kind)
 
 
 def depends(law: Law) -> str:
