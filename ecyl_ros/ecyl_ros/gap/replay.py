@@ -18,12 +18,12 @@ from ..drive.engine import COLUMNS, MEASUREMENT, VOLTAGE, run_ticks
 from ..drive.law import Law
 from ..drive.packed import pack
 from ..drive.parameters import DriveParameters
-from ..drive.plant import MEASURED, initial_state, voltage_queue
+from ..drive.plant import MEASURED, voltage_queue
 from ..drive.tolerances import with_constants
 from ..effects.catalogue import CATALOGUE
 from ..errors import InputError
 from ..recording.signals import Recording
-from .loop_state import loop_integrals
+from .first_state import first_state
 from .pushed import run_pushed
 from .screen import screen
 from .sensor_noise import declared_noise, roughness, silent, with_steps
@@ -208,49 +208,15 @@ class Replay:
 
     def _find_start(self) -> None:
         """Plant and cascade state at the first sample: at rest unless the recording says not."""
-        drive = self.drive
-        ratio = drive.transmission.rod_per_rotor
-        first = {
-            one.name: float(values[0])
-            for one, values in zip(self.signals, self.recorded, strict=True)
-        }
-        floors = dict(zip((one.name for one in self.signals), self.floor, strict=True))
-        self._plant = initial_state()
-        self._integrals = np.zeros(3)
-        wanted = float(self._reference[0, 0]) / ratio
-        angle = first.get("rotor_position", math.nan)
-        if math.isnan(angle):
-            angle = first.get("rod_position", math.nan) / ratio
-        if math.isnan(angle) or abs(angle - wanted) < 10.0 * floors.get("rotor_position", 0.0):
-            angle = wanted
-        speed = first.get("rotor_velocity", 0.0)
-        current = first.get("current_q", 0.0)
-        if not abs(speed) > 6.0 * floors.get("rotor_velocity", 0.0):
-            speed = 0.0
-        if not abs(current) > 6.0 * floors.get("current_q", 0.0):
-            current = 0.0
-        self._plant[0] = self._plant[2] = angle
-        self._plant[1] = self._plant[3] = speed
-        self._plant[5] = current
-        rod = first.get("rod_position", math.nan) / ratio
-        if math.isfinite(rod):
-            twist = angle - rod
-            half = 0.5 * drive.transmission.backlash
-            noise = floors["rod_position"] / ratio
-            if abs(twist) > 4.0 * noise and abs(twist) < half + 20.0 * noise:
-                self._plant[2] = angle - math.copysign(min(abs(twist), half), twist)
-        at_rest = angle == wanted and speed == 0.0 and current == 0.0
-        if at_rest:
-            return
-        self.usable &= self.time_s > _SETTLING_S
-        self.notes.append(f"does not begin at rest: the first {_SETTLING_S:g} s are not judged")
-        voltage = first.get("voltage_q", math.nan)
-        if math.isnan(voltage):
-            voltage = drive.motor.resistance * current + drive.motor.back_emf_constant * speed
-        wanted_speed = float(self._reference[0, 1]) / ratio
-        self._integrals = loop_integrals(
-            angle, rod, speed, wanted, wanted_speed, current, voltage, drive
-        )
+        names = [one.name for one in self.signals]
+        first = dict(zip(names, self.recorded[:, 0].tolist(), strict=True))
+        floors = dict(zip(names, self.floor.tolist(), strict=True))
+        wanted = float(self._reference[0, 0]), float(self._reference[0, 1])
+        self._plant, integrals = first_state(self.drive, wanted, first, floors)
+        self._integrals = np.zeros(3) if integrals is None else integrals
+        if integrals is not None:
+            self.usable &= self.time_s > _SETTLING_S
+            self.notes.append(f"does not begin at rest: the first {_SETTLING_S:g} s are not judged")
 
     @property
     def runs(self) -> int:
