@@ -12,6 +12,7 @@ from ecyl_ros.drive.drive_file import drive_from_flat, drive_to_flat, load_drive
 from ecyl_ros.drive.engine import VOLTAGE, Simulation, simulate
 from ecyl_ros.effects.catalogue import CATALOGUE
 from ecyl_ros.errors import InputError
+from ecyl_ros.gap.sensor_noise import silent
 
 # Section 3 of the contract: name, block, parameters.
 CONTRACT = """
@@ -47,17 +48,7 @@ actuation_delay timing delay_s
 @pytest.fixture(scope="module")
 def drive():
     """The bench drive without noise, so that closed forms hold to the last digits."""
-    drive = load_drive("bench")
-    sensors = dataclasses.replace(
-        drive.sensors,
-        rotor_position_noise=0.0,
-        rotor_velocity_noise=0.0,
-        current_noise=0.0,
-        rod_position_noise=0.0,
-        rotor_position_resolution=0.0,
-        rod_position_resolution=0.0,
-    )
-    return dataclasses.replace(drive, sensors=sensors)
+    return silent(load_drive("bench"))
 
 
 def _run(drive, effects, reference, duration_s) -> Simulation:

@@ -13,8 +13,6 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-import numpy as np
-
 from ..drive.parameters import DriveParameters
 from ..effects.catalogue import CATALOGUE
 from .compete import Competition
@@ -90,11 +88,7 @@ def without_coincidence(
     competition: Competition, fitter: Fitter
 ) -> tuple[Competition, Coincidence | None]:
     """The competition without causes that one fault of another kind stands behind, and those."""
-    sheet = fitter.sheet
-    shares = np.divide(
-        sheet.tolerance, sheet.nominal, out=np.zeros(len(sheet)), where=sheet.nominal > 0.0
-    )
-    tolerances = dict(zip(sheet.keys, shares.tolist(), strict=True))
+    tolerances = dict(zip(fitter.sheet.keys, fitter.sheet.relative.tolist(), strict=True))
     found = coincidence(competition.winner.values, fitter.replay.drive, tolerances)
     if found is None:
         return competition, None

@@ -66,6 +66,11 @@ def is_phase(parameter: str) -> bool:
     return parameter.partition("@")[0] == PHASE
 
 
+def phase_in(number: int) -> str:
+    """What the phase in one of several recordings is called, from 0."""
+    return f"{PHASE}@{number}" if number else PHASE
+
+
 def later(values: Mapping[str, float], by: float) -> dict[str, float]:
     """A periodic effect's parameters with all its phases turned by so much, rad."""
     return {key: value + by if is_phase(key) else value for key, value in values.items()}

@@ -252,7 +252,7 @@ class Fitter:
             ),
             most=steps,
             least=least,
-            mended=scale.taken_out if scale is not None else _as_they_are,
+            mended=None if scale is None else scale.taken_out,
         )
         return dataclasses.replace(
             best,
@@ -297,10 +297,6 @@ class Fitter:
             return found
 
         return blurred
-
-
-def _as_they_are(slopes: FloatArray, point: FloatArray) -> None:
-    """Nothing is known of derivatives beyond themselves."""
 
 
 def coordinates_of(fit: Fit, *, nuisances: bool) -> tuple[Coordinate, ...]:

@@ -81,7 +81,7 @@ def descend(
     *,
     most: int,
     least: float,
-    mended: Callable[[FloatArray, FloatArray], None] = lambda slopes, point: None,
+    mended: Callable[[FloatArray, FloatArray], None] | None = None,
 ) -> bool:
     """Go down from `point`, with at most `most` steps; returns whether it has ended.
 
@@ -104,7 +104,8 @@ def descend(
     for _ in range(most):
         todo = wanted if fresh else fleeting
         _differentiate(objective, point, residual, slopes, todo, differences)
-        mended(slopes, point)
+        if mended is not None:
+            mended(slopes, point)
         hessian, slope = objective.curvature(residual, point, slopes)
         gained, promised, there, left = 0.0, 0.0, point, residual
         for damping in _DAMPING:

@@ -26,7 +26,9 @@ from .regress import SMOOTH, Regression, Rows, regress
 from .visited import Visited
 
 _ONE_SIDED_95 = 1.645
-_LEAST_TURNS = 1.5  # of a periodic variable, before it says anything of a period
+LEAST_TURNS = 1.5  # of a periodic variable, before it says anything of a period
+_EXPLAINS = 0.5  # share of what the sheet alone leaves of a balance that a law has to predict
+_VISITED = 3  # samples about a place from which it counts as visited
 _LOOKED_AT = 5  # pairs of variables that are looked at closely
 
 _PLACE = ("position", "rotor_angle", "screw_angle")
@@ -86,6 +88,11 @@ class Choice:
     rivals: tuple[Guess, ...]
     alone: Regression
 
+    @property
+    def explains(self) -> bool:
+        """Whether the set predicts enough of what the sheet alone leaves."""
+        return self.best.found.error <= (1.0 - _EXPLAINS) * self.alone.error
+
 
 class Trial(NamedTuple):
     """Variables to be tried: of the load or the rotor, with a time constant of heat, s."""
@@ -99,7 +106,7 @@ def singles(kind: str, motion: Visited) -> list[Trial]:
     """No variable, and each one that makes sense at a kind of port."""
     found = [] if kind == "friction" else [Trial(())]
     for one in _FREE[kind]:
-        if motion.periods(one, False) < _LEAST_TURNS:
+        if motion.periods(one, False) < LEAST_TURNS:
             continue
         if one == "torque":
             found += [Trial((one,), False), Trial((one,), True)]
@@ -204,6 +211,13 @@ class Balance:
     def visits(self, guess: Guess) -> FloatArray:
         """How often the rows came near each place of a law's table: float64[k]."""
         found: FloatArray = np.abs(self.table(guess)[:, self.where]).sum(axis=1)
+        return found
+
+    def seen(self, guess: Guess) -> BoolArray:
+        """The places of a law's table that were visited: bool[k]."""
+        if not guess.axes:
+            return np.ones(1, dtype=bool)
+        found: BoolArray = self.visits(guess) >= _VISITED
         return found
 
     def _columns(

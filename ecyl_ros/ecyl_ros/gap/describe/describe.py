@@ -34,10 +34,8 @@ from .missing import ROD, TORQUE, VOLTAGE, missing
 from .motion import Motion
 from .play import ROUGHLY, Played, at_noise, evaluate, play
 
-_EXPLAINS = 0.5  # share of what the sheet alone leaves of a balance that a law has to predict
 _PLAYED = 3  # laws that are fitted in closed loop
 _ALIKE = 1.02  # costs closer than this factor cannot be told apart
-_VISITED = 3  # samples about a place from which it counts as visited
 _PORTS = {
     "torque": ("rotor_torque", "load_torque"),
     "friction": ("rotor_friction", "load_friction"),
@@ -146,11 +144,9 @@ def _candidates(
 ) -> list[_Candidate]:
     """The set that stands at one balance, at each of its ports."""
     choice = choose(kinds, balances, motion)
-    if choice is None:
+    if choice is None or not choice.explains:
         return []
     guess = choice.best
-    if guess.found.error > (1.0 - _EXPLAINS) * choice.alone.error:
-        return []
     balance = balances[guess.kind]
     pulls = fitter.sheet.at_nominal
     pulls[list(balance.pulled)] = guess.found.pulls
@@ -215,7 +211,7 @@ def _described(
     return Description(
         law=law,
         half=played.half,
-        seen=_seen(chosen),
+        seen=chosen.balance.seen(guess),
         shrink=max(0.0, min(1.0, shrink)),
         formula=formula(law, played.half),
         words=f"{words.place(law)} {words.depends(law)}",
@@ -251,13 +247,3 @@ def _course(
     ]
     at_port = (values * against)[rows]
     return course, np.array([*along, at_port])
-
-
-def _seen(chosen: _Candidate) -> np.ndarray:
-    """The values of the table that were visited."""
-    axes = chosen.guess.axes
-    if not axes:
-        return np.ones(1, dtype=bool)
-    weight = chosen.balance.visits(chosen.guess)
-    found: np.ndarray = weight >= _VISITED
-    return found

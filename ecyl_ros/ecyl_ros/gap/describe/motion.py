@@ -21,6 +21,23 @@ _PRESLIDING_RAD = 5e-4  # way from a reversal on which dry friction is not yet w
 _QUIET = 6.0  # times the noise of the speed: slower is rest
 
 
+def since_reversal(position: FloatArray, speed: FloatArray) -> FloatArray:
+    """Way since the speed last changed sign, signed: float64[n]."""
+    sign = np.sign(speed)
+    sign[sign == 0.0] = 1.0
+    begins = np.flatnonzero(np.concatenate([[True], sign[1:] != sign[:-1]]))
+    start = np.repeat(position[begins], np.diff(np.append(begins, len(position))))
+    way: FloatArray = position - start
+    return np.where(way * sign > 0.0, way, 0.0)
+
+
+def warmed(values: FloatArray, step: float) -> FloatArray:
+    """Squares behind a first-order low-pass that begins at 0, its steps in time constants."""
+    kept = math.exp(-step)
+    found: FloatArray = lfilter([1.0 - kept], [1.0, -kept], values**2)
+    return found
+
+
 @dataclass(frozen=True, eq=False)
 class Motion:
     """The recorded motion of one side, filled in from a replay where it was not recorded.
@@ -120,22 +137,13 @@ class Motion:
         """Way since the speed last changed sign, rad, signed: float64[n]."""
         angle = self.load_angle if on_load else self.angle
         speed = self.load_speed if on_load else self.speed
-        sign = np.sign(speed)
-        sign[sign == 0.0] = 1.0
-        turns = np.concatenate([[True], sign[1:] != sign[:-1]])
-        turns[[one.start for one in self.replay.spans]] = True
-        begins = np.flatnonzero(turns)
-        start = np.repeat(angle[begins], np.diff(np.append(begins, len(angle))))
-        way: FloatArray = angle - start
-        return np.where(way * sign > 0.0, way, 0.0)
+        spans = self.replay.spans
+        return np.concatenate([since_reversal(angle[one], speed[one]) for one in spans])
 
     def heat(self, time_constant_s: float) -> FloatArray:
         """Current squared behind a first-order low-pass that begins at 0, A^2: float64[n]."""
-        kept = math.exp(-self.smooth.step / time_constant_s)
-        squared = self.current**2
-        return np.concatenate(
-            [lfilter([1.0 - kept], [1.0, -kept], squared[one]) for one in self.replay.spans]
-        )
+        times = self.smooth.step / time_constant_s
+        return np.concatenate([warmed(self.current[one], times) for one in self.replay.spans])
 
     @property
     def own_time_s(self) -> FloatArray:

@@ -12,7 +12,7 @@ import numpy as np
 
 from ...effects.catalogue import EFFECTS, RIGID
 from ...effects.term import Term
-from ..diagnosis import BoolArray, Diagnosis, FloatArray
+from ..diagnosis import Diagnosis, FloatArray
 from ..rigid.judge import Judgement
 from ..strain import STRAINED
 from ..verdict import EXPLAINED_SHRINK, STRUCTURELESS, shrink_of
@@ -24,11 +24,9 @@ from .formula import formula
 from .missing import TORQUE, Missing
 from .rigid_motion import RigidMotion
 
-_EXPLAINS = 0.5  # share of what the sheet alone leaves that a law has to predict
 _FREE = 1e3  # times what a pull of what the file leaves out may come to
 _LAG = 4.0  # times half a sample
 _LEAST_STRETCHES = 12  # that are fitted: fewer draws of their signs say nothing
-_VISITED = 3  # samples about a place from which it counts as visited
 
 
 def with_rigid_description(diagnosis: Diagnosis, judgement: Judgement) -> Diagnosis:
@@ -69,7 +67,7 @@ def _described(diagnosis: Diagnosis, judgement: Judgement) -> Diagnosis | None:
         return None
     looked = Balance([(missing, 1.0)], motion, balance.fitted)
     choice = choose(("torque", "friction"), {"torque": looked, "friction": looked}, motion)
-    if choice is None or choice.best.found.error > (1.0 - _EXPLAINS) * choice.alone.error:
+    if choice is None or not choice.explains:
         return None
     judged = balance.judged & motion.known
     if not judged.any():
@@ -120,16 +118,9 @@ def _known(looked: Balance, choice: Choice) -> bool:
     What the file leaves out, and the law, may be exchanged for one another at any size.
     """
     found = choice.best.found
-    seen = _seen(looked, choice)
+    seen = looked.seen(choice.best)
     variance = np.maximum(np.diag(found.covariance), 0.0)[seen]
     return bool(np.mean(found.values[seen] ** 2) > 1.96**2 * np.mean(variance))
-
-
-def _seen(looked: Balance, choice: Choice) -> BoolArray:
-    if not choice.best.axes:
-        return np.ones(1, dtype=bool)
-    found: BoolArray = looked.visits(choice.best) >= _VISITED
-    return found
 
 
 def _parts(looked: Balance, choice: Choice, missing: Missing) -> tuple[FloatArray, FloatArray]:
@@ -185,7 +176,7 @@ def _description(
     return Description(
         law=played,
         half=half,
-        seen=_seen(looked, choice),
+        seen=looked.seen(best),
         shrink=0.0,
         formula=formula(played, half),
         words=f"{words.place(played)} {words.depends(played)}",

@@ -6,7 +6,6 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.signal import lfilter
 
 from ...drive.law import PERIODS, VARIABLES
 from ..diagnosis import BoolArray, FloatArray
@@ -14,9 +13,9 @@ from ..rigid.balance import Balance
 from ..rigid.motion import Motion
 from ..rigid.rest import reversing
 from ..rigid.terms import Catalogue
-from .motion import HEAT_S
+from .choose import LEAST_TURNS
+from .motion import HEAT_S, since_reversal, warmed
 
-_LEAST_TURNS = 1.5  # of an output that turns, before its angle is one of a turn
 _CELLS, _VISITED, _FILLED = 10, 3, 0.5  # of a plane: each way, samples of a visit, share visited
 # Efforts that what warms a winding goes with.
 _WARM = ("current", "torque", "force")
@@ -50,7 +49,6 @@ class RigidMotion:
     units: dict[str, str]
     stretch_s: float
     smooth: Decimated
-    starts: FloatArray
 
     @classmethod
     def of(cls, balance: Balance, catalogue: Catalogue) -> RigidMotion:
@@ -68,12 +66,11 @@ class RigidMotion:
             motion.velocity[rows],
             np.asarray(motion.counted * balance.effort, dtype=np.float64),
             slid,
-            "rotor_angle" if turns > _LEAST_TURNS else "position",
+            "rotor_angle" if turns > LEAST_TURNS else "position",
             motion.effort_name in _WARM,
             units,
             balance.stretch_s,
             Decimated(motion.step / motion.rate_hz),
-            np.flatnonzero(np.diff(motion.recording, prepend=-1)).astype(float),
         )
 
     def periods(self, name: str, on_load: bool) -> float:
@@ -114,19 +111,7 @@ class RigidMotion:
         if name == "direction":
             return np.sign(self.speed)
         if name == "heat":
-            kept = math.exp(-self.smooth.step / time_constant_s)
-            found: FloatArray = lfilter([1.0 - kept], [1.0, -kept], self.effort**2)
-            return found
+            return warmed(self.effort, self.smooth.step / time_constant_s)
         if name == "travel":
-            return self._travel()
+            return since_reversal(self.position, self.speed)
         raise KeyError(name)
-
-    def _travel(self) -> FloatArray:
-        """Way since the speed last changed sign, signed."""
-        sign = np.where(self.speed < 0.0, -1.0, 1.0)
-        turns = np.concatenate([[True], sign[1:] != sign[:-1]])
-        turns[self.starts.astype(np.int64)] = True
-        begins = np.flatnonzero(turns)
-        start = np.repeat(self.position[begins], np.diff(np.append(begins, len(sign))))
-        way: FloatArray = self.position - start
-        return np.where(way * sign > 0.0, way, 0.0)

@@ -276,6 +276,11 @@ def _pooled(replay: Replay, gap: FloatArray, rows: BoolArray) -> float:
     return pooled(replay, np.sqrt(np.mean(gap[:, rows] ** 2, axis=1)))
 
 
+def _shrink(before: float, after: float, floor: float) -> float:
+    """Share of what stands above the floor that is gone."""
+    return shrink_of(before, after, max(before - floor, 1e-12))
+
+
 def _of_recording(
     found: Judged,
     diagnosis: Diagnosis,
@@ -300,7 +305,7 @@ def _of_recording(
         whole = part.usable
         base = _pooled(part, nominal[:, span], whole)
         rest = _pooled(part, _by_others(replay, others, number, final), whole)
-        unseen = shrink_of(base, rest, max(base - white, 1e-12))
+        unseen = _shrink(base, rest, white)
     return OfRecording(
         source=source,
         name=name,
@@ -310,7 +315,7 @@ def _of_recording(
         before=before,
         after=after,
         floor=white,
-        shrink=shrink_of(before, after, max(before - white, 1e-12)) if diagnosis.closes else 0.0,
+        shrink=_shrink(before, after, white) if diagnosis.closes else 0.0,
         unseen=unseen,
         values=tuple(values[number]),
         rows=(span.start, span.stop),
@@ -362,5 +367,5 @@ def _unseen(
         before=before,
         after=after,
         floor=white,
-        shrink=shrink_of(before, after, max(before - white, 1e-12)) if closes else 0.0,
+        shrink=_shrink(before, after, white) if closes else 0.0,
     )

@@ -18,7 +18,7 @@ from scipy.optimize import minimize_scalar
 from ...drive.law import Law
 from ...drive.tolerances import constants_of
 from ...effects.catalogue import CATALOGUE
-from ..coordinate import PHASE
+from ..coordinate import PHASE, phase_in
 from ..replay import NOMINAL, BoolArray, Constants, Effects, FloatArray, Replay
 from ..robust import cost
 
@@ -181,7 +181,7 @@ class JoinedReplay(Replay):
             full[name] = {**CATALOGUE[name].complete(first), **phases}
         for name in filter(swings, list(full)):
             for number in range(1, len(self._parts)):
-                key = f"{PHASE}@{number}"
+                key = phase_in(number)
                 if key not in full[name]:
                     full[name][key] = self._phase(number, full, name, constants)
         return full
@@ -194,8 +194,8 @@ class JoinedReplay(Replay):
         found = {}
         for name, given in effects.items():
             own = {key: value for key, value in given.items() if "@" not in key}
-            if f"{PHASE}@{number}" in given:
-                own[PHASE] = given[f"{PHASE}@{number}"]
+            if phase_in(number) in given:
+                own[PHASE] = given[phase_in(number)]
             if name in self.own:
                 own = CATALOGUE[name].scaled(own, self.own[name][number], self.drive)
             found[name] = own
@@ -208,8 +208,8 @@ class JoinedReplay(Replay):
         found = self.effects_in(numbers[-1], effects)
         for name in filter(swings, list(found)):
             for place, number in enumerate(numbers):
-                key = f"{PHASE}@{place}" if place else PHASE
-                found[name][key] = self.effects_in(number, effects)[name][PHASE]
+                phase = self.effects_in(number, effects)[name][PHASE]
+                found[name][phase_in(place)] = phase
         return found
 
     def in_own_phase(
