@@ -11,6 +11,15 @@ from .compiled import kernel
 
 
 @kernel
+def _segment(overlap, p):
+    """Number, from 1, of the segment that an overlap, rad, is in."""
+    segment = 0
+    while segment + 1 < p.segments and overlap > p.deflection_start[segment + 1]:
+        segment += 1
+    return segment + 1
+
+
+@kernel
 def contact_mode(twist, twist_rate, p):
     """Mode for a twist rotor - load, rad, and its rate, rad/s.
 
@@ -21,15 +30,10 @@ def contact_mode(twist, twist_rate, p):
     if overlap <= 0.0:
         return 0
     side = 1 if twist > 0.0 else -1
-    segment = 0
-    while segment + 1 < p.segments and overlap > p.deflection_start[segment + 1]:
-        segment += 1
-    elastic = p.torque_start[segment] + p.stiffness[segment] * (
-        overlap - p.deflection_start[segment]
-    )
-    if elastic + p.contact_damping * side * twist_rate <= 0.0:
+    mode = side * _segment(overlap, p)
+    if side * mode_torque(twist, twist_rate, mode, p) <= 0.0:
         return 0
-    return side * (segment + 1)
+    return mode
 
 
 @kernel
@@ -45,3 +49,27 @@ def mode_torque(twist, twist_rate, mode, p):
         * (p.torque_start[segment] + p.stiffness[segment] * (overlap - p.deflection_start[segment]))
         + p.contact_damping * twist_rate
     )
+
+
+@kernel
+def beyond(twist, twist_rate, mode, p):
+    """How far a motion is out of `mode`, in rad of overlap: above 0 from where it no longer holds.
+
+    Unlike the mode it changes steadily along a motion, so that its zero is found in a few looks.
+    """
+    if mode == 0:
+        side = 1.0 if twist > 0.0 else -1.0
+        overlap = abs(twist) - p.half_backlash
+        if overlap <= 0.0 or side * twist_rate >= 0.0:
+            return overlap
+        return side * mode_torque(twist, twist_rate, int(side) * _segment(overlap, p), p)
+    side = 1.0 if mode > 0 else -1.0
+    segment = abs(mode) - 1
+    overlap = side * twist - p.half_backlash
+    out = max(
+        p.deflection_start[segment] - overlap,
+        -side * mode_torque(twist, twist_rate, mode, p) / p.stiffness[segment],
+    )
+    if segment + 1 < p.segments:
+        out = max(out, overlap - p.deflection_start[segment + 1])
+    return out

@@ -67,9 +67,21 @@ EFFECT = Effect(
 
 
 @kernel
+def _tanh(x):
+    """Half the time of `math.tanh`, and no more than a rounding off it."""
+    return 1.0 - 2.0 / (math.exp(2.0 * x) + 1.0)
+
+
+@kernel
 def fast(p, current):
-    """While the current is near zero: at five transitions 1e-4 of the rate is left."""
-    return 1.0 if abs(current) < 5.0 * p.inverter_dead_time_transition_a else 0.0
+    """The slope of the loss, of that where the current is zero; half way there, as it may move."""
+    share = 0.5 * abs(current) / p.inverter_dead_time_transition_a
+    straight = p.inverter_dead_time_straightness
+    curved = _tanh(share)
+    slope = (1.0 - straight) * (1.0 - curved * curved)
+    if _LOST * share < 1.0:
+        slope += straight
+    return slope
 
 
 @kernel
@@ -79,7 +91,7 @@ def inverter_voltage(p, current, voltage):
         return 0.0
     share = current / p.inverter_dead_time_transition_a
     straight = p.inverter_dead_time_straightness
-    lost = (1.0 - straight) * math.tanh(share)
+    lost = (1.0 - straight) * _tanh(share)
     if straight > 0.0:
         lost += straight * min(max(_LOST * share, -1.0), 1.0)
     return -p.inverter_dead_time_voltage_v * lost

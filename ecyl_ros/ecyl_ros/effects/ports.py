@@ -14,7 +14,7 @@ first and gives zero while its own parameters are zero. Angles, speeds and torqu
 | `rotor_speed_error` | rotor angle rad, speed rad/s | rad/s added to the speed reading |
 | `current_error` | i_q A | A added to the current reading |
 | `rod_error` | load angle rad | rad added to the rod's reading |
-| `fast` | i_q A | above 0 where the effect is as fast as its `rate` says: shorter steps |
+| `fast` | i_q A | share of its `rate` that the effect has there, 0 to 1: shorter steps |
 
 A friction level is what the contact could resist; `drive.friction` makes a torque of it.
 """
