@@ -46,14 +46,25 @@ def _cache_folder() -> str:
     return ""
 
 
-def kernel(function: Callable, *, cache: bool = True) -> Callable:
-    """Compile `function` when it is first called; with `cache`, keep the machine code on disk."""
+def kernel(function: Callable, *, cache: bool = True, inline: bool = True) -> Callable:
+    """Compile `function` when it is first called; with `cache`, keep the machine code on disk.
+
+    inline: put it in place of its calls from other kernels. Left to itself the compiler calls most
+    of them, and a tick of the drive takes half as long again.
+    """
     chosen = config.CACHE_DIR  # type: ignore[attr-defined]
     config.CACHE_DIR = chosen or _cache_folder()  # type: ignore[attr-defined]
     try:
-        return njit(cache=cache, fastmath=False, error_model="numpy", nogil=True)(function)
+        return njit(
+            cache=cache, fastmath=False, error_model="numpy", nogil=True, forceinline=inline
+        )(function)
     finally:
         config.CACHE_DIR = chosen  # type: ignore[attr-defined]
+
+
+def called(function: Callable) -> Callable:
+    """A kernel that stays a call: large or seldom needed, it would only take long to compile."""
+    return kernel(function, inline=False)
 
 
 def over_arrays(compiled: Callable) -> Callable:

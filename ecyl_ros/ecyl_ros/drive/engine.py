@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .cascade import cascade_step, initial_cascade_state
-from .compiled import kernel
+from .compiled import called
 from .interpolation import CUBIC, interpolate_reference, reference_cubic
 from .packed import pack
 from .parameters import DriveParameters
@@ -25,7 +25,7 @@ LOAD = MEASUREMENT + len(MEASURED)  # columns LOAD, LOAD + 1: angle rad, speed r
 COLUMNS = LOAD + 2
 
 
-@kernel
+@called
 def run_ticks(
     first_tick, ticks, every, reference, plant, cascade, pending, params, samples, inputs
 ):

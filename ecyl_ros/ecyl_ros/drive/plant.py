@@ -19,7 +19,7 @@ import math
 import numpy as np
 
 from ..effects import learned, ports
-from .compiled import kernel
+from .compiled import called, kernel
 from .friction import deflected, friction_torque
 from .motor import current_derivatives, rotor_torque
 from .noise import gaussian
@@ -150,6 +150,11 @@ def _mode_of(y, p):
     return contact_mode(y[0] - y[2], y[1] - y[3], p)
 
 
+@called
+def _step(y, u_d, u_q, mode, step, time, faults, p):
+    return _runge_kutta(y, u_d, u_q, mode, step, time, faults, p)
+
+
 @kernel
 def _out_of(y, mode, p):
     return beyond(y[0] - y[2], y[1] - y[3], mode, p)
@@ -169,7 +174,7 @@ def _up_to_change(y, after, u_d, u_q, mode, step, time, faults, p):
         between = early + (late - early) * inside / (inside - outside)
         if look >= _STRAIGHT or not early < between < late:
             between = 0.5 * (early + late)
-        tried = _runge_kutta(y, u_d, u_q, mode, between, time, faults, p)
+        tried = _step(y, u_d, u_q, mode, between, time, faults, p)
         found = _out_of(tried, mode, p)
         if _mode_of(tried, p) == mode:
             early, inside = between, min(found, 0.0)
@@ -184,21 +189,31 @@ def _up_to_change(y, after, u_d, u_q, mode, step, time, faults, p):
     return after, late
 
 
-@kernel
-def _substep(y, u_d, u_q, step, time, faults, p):
+@called
+def _across(y, after, mode, u_d, u_q, step, time, faults, p):
+    """The state after a step that begins in `mode` and, taken whole, ends at `after` out of it."""
     remaining = step
     for _ in range(_MAX_EVENTS):
-        mode = _mode_of(y, p)
         now = time + (step - remaining)
-        after = _runge_kutta(y, u_d, u_q, mode, remaining, now, faults, p)
-        if _mode_of(after, p) == mode:
-            return after
         y, gone = _up_to_change(y, after, u_d, u_q, mode, remaining, now, faults, p)
         remaining -= gone
         if remaining <= 0.0:
             return y
-    now = time + (step - remaining)
-    return _runge_kutta(y, u_d, u_q, _mode_of(y, p), remaining, now, faults, p)
+        mode = _mode_of(y, p)
+        now = time + (step - remaining)
+        after = _step(y, u_d, u_q, mode, remaining, now, faults, p)
+        if _mode_of(after, p) == mode:
+            break
+    return after
+
+
+@kernel
+def _substep(y, u_d, u_q, step, time, faults, p):
+    mode = _mode_of(y, p)
+    after = _runge_kutta(y, u_d, u_q, mode, step, time, faults, p)
+    if _mode_of(after, p) == mode:
+        return after
+    return _across(y, after, mode, u_d, u_q, step, time, faults, p)
 
 
 @kernel
@@ -253,6 +268,11 @@ def _advance(state, u_d, u_q, share, params):
             p, speed, y[5], state[HEAT], state[TRAVEL], share * p.tick, share
         )
     state[TICKS] += share
+
+
+@called
+def _advance_part(state, u_d, u_q, share, params):
+    _advance(state, u_d, u_q, share, params)
 
 
 @kernel
@@ -330,10 +350,12 @@ def apply_voltage(state, pending, params):
     """
     p = params[0]
     part = p.actuation_delay - math.floor(p.actuation_delay)
-    _advance(state, pending[0, 0], pending[0, 1], part if part > 0.0 else 1.0, params)
     if part > 0.0:
-        _advance(state, pending[1, 0], pending[1, 1], 1.0 - part, params)
+        _advance_part(state, pending[0, 0], pending[0, 1], part, params)
+        _advance_part(state, pending[1, 0], pending[1, 1], 1.0 - part, params)
         state[TICKS] = math.floor(state[TICKS] + 0.5)
+    else:
+        plant_step(state, pending[0, 0], pending[0, 1], params)
     for slot in range(pending.shape[0] - 1):
         pending[slot, 0] = pending[slot + 1, 0]
         pending[slot, 1] = pending[slot + 1, 1]

@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 
-from ..drive.compiled import kernel
+from ..drive.compiled import called, kernel
 from ..drive.law import MOST_PLACES, MOST_VALUES, PORTS, VARIABLES, Law
 from ..drive.parameters import DriveParameters
 
@@ -183,7 +183,7 @@ def _variable(p, number, angle, speed, current, torque, voltage, time, heat, tra
     return travel
 
 
-@kernel
+@called
 def law_value(p, angle, speed, current, torque, voltage, time, heat, travel):
     """What the law gives; angle, speed: of the side that it is on."""
     if p.learned_count[0] == 0:
