@@ -35,7 +35,7 @@ EFFECT = Effect(
     starts=multiples(
         "delay_s",
         lambda evidence: 1.0 / evidence.drive.controller.rate,
-        (1.5, 0.7, 2.2, 3.5, 6.0, 15.0),
+        (0.2, 1.5, 0.7, 2.2, 3.5, 6.0),  # the first still in proportion to what it does
     ),
     modify=modify,
 )
