@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from ecyl_ros.drive.drive_file import load_drive
 from ecyl_ros.drive.packed import pack
-from ecyl_ros.drive.transmission import contact_mode, mode_torque
+from ecyl_ros.drive.transmission import beyond, contact_mode, mode_torque
 
 
 def _params(damping: float = 0.0, stiffness=(100.0, 300.0, 900.0), breaks=(2.0, 5.0)):
@@ -58,3 +58,22 @@ def test_contact_never_pulls(twist: float, rate: float) -> None:
     assert torque * twist >= 0.0
     if abs(twist) <= 0.01:
         assert torque == 0.0
+
+
+@given(st.floats(-0.2, 0.2), st.floats(-1e3, 1e3), st.integers(-3, 3))
+def test_a_motion_is_beyond_every_mode_but_its_own(twist: float, rate: float, mode: int) -> None:
+    """`beyond` is above 0 out of a mode and not above it within, up to rounding where two meet."""
+    p = _params(damping=0.5)[0]
+    own = contact_mode(twist, rate, p)
+    assert beyond(twist, rate, own, p) <= 1e-15
+    if mode != own:
+        assert beyond(twist, rate, mode, p) >= -1e-15
+
+
+def test_the_end_of_a_mode_is_told_steadily() -> None:
+    """Along a motion through all segments `beyond` a mode changes no faster than the twist."""
+    p = _params()[0]
+    twist = np.linspace(-0.2, 0.2, 40_001)
+    for mode in range(-3, 4):
+        told = np.array([beyond(x, 0.0, mode, p) for x in twist])
+        assert np.abs(np.diff(told)).max() <= 1.01 * np.diff(twist).max()

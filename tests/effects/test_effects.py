@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -274,6 +275,20 @@ def test_limits_are_the_lower_of_the_two(drive) -> None:
     assert np.abs(capped.samples[:, VOLTAGE + 1]).max() == 1.0
     plain, wide = (_run(drive, e, fast, 0.5) for e in ({}, {"voltage_limit": {"voltage_v": 400.0}}))
     assert np.array_equal(plain.samples, wide.samples)
+
+
+def test_a_voltage_limit_begins_near_its_value_without_a_recorded_voltage(drive) -> None:
+    """What current and speed took of it tells the limit that acted to a tenth, as far as it was."""
+    capped = _run(drive, {"voltage_limit": {"voltage_v": 1.0}}, _ramp(drive, 0.04), 0.5)
+    evidence = SimpleNamespace(
+        drive=drive,
+        current_a=capped.signal("current_q_a"),
+        rotor_speed_rad_s=capped.signal("rotor_velocity_rad_per_s"),
+        voltage_v=np.full(len(capped.samples), np.nan),
+    )
+    starts = [one["voltage_v"] for one in CATALOGUE["voltage_limit"].starts(evidence)]
+    assert min(starts) < 1.0 < 1.1 * max(starts)
+    assert max(starts) < 1.1
 
 
 def test_without_size_effects_change_nothing(drive) -> None:

@@ -62,7 +62,9 @@ def beyond(twist, twist_rate, mode, p):
         overlap = abs(twist) - p.half_backlash
         if overlap <= 0.0 or side * twist_rate >= 0.0:
             return overlap
-        return side * mode_torque(twist, twist_rate, int(side) * _segment(overlap, p), p)
+        touching = _segment(overlap, p)
+        pushed = side * mode_torque(twist, twist_rate, int(side) * touching, p)
+        return pushed / p.stiffness[touching - 1]
     side = 1.0 if mode > 0 else -1.0
     segment = abs(mode) - 1
     overlap = side * twist - p.half_backlash
