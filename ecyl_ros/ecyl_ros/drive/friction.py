@@ -24,8 +24,6 @@ BRISTLE_DAMPING_S = 2e-4  # c, lets the swing of an inertia on the bristle settl
 @kernel
 def deflected(z, speed, time, breakaway):
     """Bristle deflection `time` s after `z` at constant `speed` rad/s; breakaway: d, rad."""
-    if time == 0.0:
-        return z
     end = 1.0 if speed > 0.0 else -1.0
     pace = abs(speed) * time / breakaway
     if pace > 30.0:

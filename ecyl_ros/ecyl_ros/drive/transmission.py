@@ -58,14 +58,14 @@ def beyond(twist, twist_rate, mode, p):
     Unlike the mode it changes steadily along a motion, so that its zero is found in a few looks.
     """
     if mode == 0:
-        side = 1.0 if twist > 0.0 else -1.0
+        side = 1 if twist > 0.0 else -1
         overlap = abs(twist) - p.half_backlash
         if overlap <= 0.0 or side * twist_rate >= 0.0:
             return overlap
         touching = _segment(overlap, p)
-        pushed = side * mode_torque(twist, twist_rate, int(side) * touching, p)
+        pushed = side * mode_torque(twist, twist_rate, side * touching, p)
         return pushed / p.stiffness[touching - 1]
-    side = 1.0 if mode > 0 else -1.0
+    side = 1 if mode > 0 else -1
     segment = abs(mode) - 1
     overlap = side * twist - p.half_backlash
     out = max(

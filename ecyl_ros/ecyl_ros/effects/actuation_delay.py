@@ -12,7 +12,7 @@ from ..drive.parameters import DriveParameters
 from .along import Along
 from .effect import Effect, FloatArray, Quantity
 from .rigid_form import RigidForm, Stem, added
-from .starts import multiples
+from .starts import delays
 from .term import Fitted, Term, plain
 
 
@@ -37,11 +37,7 @@ EFFECT = Effect(
             meaning="from command to inverter, beyond nominal",
         ),
     ),
-    starts=multiples(
-        "delay_s",
-        lambda evidence: 1.0 / evidence.drive.controller.rate,
-        (0.2, 1.5, 0.7, 2.2, 3.5, 6.0),  # the first still in proportion to what it does
-    ),
+    starts=delays("delay_s"),
     modify=modify,
 )
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from ..drive.parameters import DriveParameters
 from .effect import Effect, Evidence, Quantity, Start
+from .starts import limits
 
 
 def modify(record: np.ndarray, values: Mapping[str, float], drive: DriveParameters) -> None:
@@ -16,9 +17,8 @@ def modify(record: np.ndarray, values: Mapping[str, float], drive: DriveParamete
 
 
 def starts(evidence: Evidence) -> list[Start]:
-    """A limit that acts shows itself as the largest value recorded."""
-    largest = float(np.nanmax(np.abs(evidence.current_a), initial=0.0))
-    return [{"current_a": largest * factor} for factor in (1.0, 0.97, 0.9) if largest > 0.0]
+    """About the largest value recorded."""
+    return limits("current_a", evidence.current_a)
 
 
 EFFECT = Effect(

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..drive.parameters import DriveParameters
 from .effect import Effect, Quantity
-from .starts import multiples
+from .starts import delays
 
 
 def modify(record: np.ndarray, values: Mapping[str, float], drive: DriveParameters) -> None:
@@ -32,10 +32,6 @@ EFFECT = Effect(
             meaning="age of position and speed when the loop uses them",
         ),
     ),
-    starts=multiples(
-        "delay_s",
-        lambda evidence: 1.0 / evidence.drive.controller.rate,
-        (0.2, 1.5, 0.7, 2.2, 3.5, 6.0),  # the first still in proportion to what it does
-    ),
+    starts=delays("delay_s"),
     modify=modify,
 )

@@ -23,6 +23,21 @@ def multiples(
     return starts
 
 
+def delays(parameter: str) -> Callable[[Evidence], Sequence[Start]]:
+    """Starts in control ticks, the first so small that it still acts in proportion."""
+    return multiples(
+        parameter,
+        lambda evidence: 1.0 / evidence.drive.controller.rate,
+        (0.2, 1.5, 0.7, 2.2, 3.5, 6.0),
+    )
+
+
+def limits(parameter: str, values: FloatArray) -> list[Start]:
+    """Starts of a limit that acts: it shows itself as the largest of `values`, float64[n]."""
+    largest = float(np.nanmax(np.abs(values), initial=0.0))
+    return [{parameter: largest * factor} for factor in (1.0, 0.97, 0.9) if largest > 0.0]
+
+
 def regress(signal: FloatArray, *columns: FloatArray) -> FloatArray:
     """Least-squares coefficients of `signal` on `columns` over the rows that are finite in all.
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from ..drive.parameters import DriveParameters
 from .effect import Effect, Evidence, Quantity, Start
+from .starts import limits
 
 
 def modify(record: np.ndarray, values: Mapping[str, float], drive: DriveParameters) -> None:
@@ -16,13 +17,12 @@ def modify(record: np.ndarray, values: Mapping[str, float], drive: DriveParamete
 
 
 def starts(evidence: Evidence) -> list[Start]:
-    """A limit that acts shows itself as the largest value recorded, or taken by the motor."""
+    """About the largest value recorded, or taken by the motor."""
     motor, voltage = evidence.drive.motor, evidence.voltage_v
     if np.isnan(voltage).all():
         voltage = motor.resistance * evidence.current_a
         voltage = voltage + motor.back_emf_constant * evidence.rotor_speed_rad_s
-    largest = float(np.nanmax(np.abs(voltage), initial=0.0))
-    return [{"voltage_v": largest * factor} for factor in (1.0, 0.97, 0.9) if largest > 0.0]
+    return limits("voltage_v", voltage)
 
 
 EFFECT = Effect(
