@@ -14,7 +14,7 @@ from typing import TypeVar
 
 from ..effects.catalogue import CATALOGUE, MODULES
 from .begin import Beginnings
-from .descent import approach, close_in, polish, sheet_alone
+from .descent import approach, close_in, polish, sheet_alone, unbent
 from .earn import AT_FLOOR
 from .fit import Fit, Fitter
 from .joint import joined
@@ -128,6 +128,17 @@ class Candidates:
         """Fit each to the end, with the parameters that only shape its effects."""
         return self.map(lambda one: polish(self.fitter, one, _POLISHING), fits)
 
+    def _afresh(self, polished: list[Fit]) -> list[Fit]:
+        """With the first, where it leaves more than the floor, fitted from an unbent sheet, too."""
+        first = polished[0]
+        at_floor = misfit(first.fitted) <= AT_FLOOR * self.fitter.perfect_with(first.values)
+        if at_floor or not self.fitter.sheet.free(first.values).any():
+            return polished
+        near = unbent(self.fitter, first)
+        if near.fitted > _BEHIND * first.fitted:
+            return polished
+        return [min([first, *self.polish([near])], key=lambda one: one.fitted), *polished[1:]]
+
     def singles(self, report: Callable[[float], None]) -> list[Fit]:
         """The best fit of each effect alone, best first.
 
@@ -143,7 +154,7 @@ class Candidates:
         close = [
             one for one in fitted[1:_POLISHED_SINGLES] if one.fitted < _CLOSE * fitted[0].fitted
         ]
-        polished = self.polish([*fitted[:1], *close])
+        polished = self._afresh(self.polish([*fitted[:1], *close]))
         self.library = started + fitted + polished
         rest = [one.fit for one in order[_KEPT_SINGLES:]]
         report(1.0)
@@ -216,7 +227,7 @@ class Candidates:
             glimpsed = [one for one in glimpsed if one not in hopeful]
             searched = sorted(searched + self._searched(hopeful), key=lambda one: one.fitted)
         close = [one for one in searched[1:2] if one.fitted < _CLOSE * searched[0].fitted]
-        polished = self.polish([*searched[:1], *close])
+        polished = self._afresh(self.polish([*searched[:1], *close]))
         rest = searched[len(polished) :] + glimpsed
         return sorted(polished + rest, key=lambda one: one.fitted)
 

@@ -14,6 +14,7 @@ from .valley import along, near_floor, shaped, turned
 _ON_THE_WAY = 2.0  # fall of the objective below which a stage that leads on to the next has ended
 _SWEEPS = 2  # along size and phase of a periodic effect
 _ALONE = 2  # times the derivatives of a fit that has no constants beside it: they cost less
+_AFRESH = 8  # steps at the most in each stage of a fit from the sheet as it is
 _PRICE_MATTERS = 3.0  # times a perfect model's cost
 
 
@@ -75,6 +76,18 @@ def close_in(fitter: Fitter, near: Fit, known: Fit) -> Fit:
 def search(fitter: Fitter, start: Fit, known: Fit) -> Fit:
     """Fit from afar: `approach`, then `close_in`."""
     return close_in(fitter, approach(fitter, start, known), known)
+
+
+def unbent(fitter: Fitter, fit: Fit) -> Fit:
+    """Fit once more from the sheet as it is, the effects where `fit` has them.
+
+    Alone the sheet bends as far as it can to stand in for an effect that is not there yet; upon a
+    sheet so bent the effect may be stuck where neither is true.
+    """
+    best = fitter.evaluate(fit.values)
+    for stage in (COARSE, MEDIUM):
+        best = fitter.fit(best, steps=_AFRESH, stage=stage, least=_least(fitter))
+    return best
 
 
 def _least(fitter: Fitter) -> float:

@@ -20,6 +20,7 @@ _POWER = 0.997  # share of the effort's power that the band holds
 _LEAST_SAMPLES = 1500  # to compare, so that steps of friction are seen in smooth motion, too
 _FEWEST_SAMPLES = 300  # to compare, however noisy the position is
 _NOISE = 0.05  # share of the acceleration's power that may be noise
+_TOP = 0.35  # of the sampling rate: above it a position is taken to hold noise alone
 _QUIETER = 0.5  # times the noise of differences: below, the recorded speed is taken
 _LAG = 0.02  # of the speed's spread that a recorded speed may be off beyond noise
 
@@ -99,6 +100,15 @@ def _spectrum(values: FloatArray, rate: float) -> tuple[FloatArray, FloatArray]:
     return frequency, density
 
 
+def _differences(values: FloatArray, usable: BoolArray, order: int) -> FloatArray:
+    """Those between usable samples alone: what lies on either side of a gap is no step."""
+    inside = usable
+    for _ in range(order):
+        inside = inside[1:] & inside[:-1]
+    found: FloatArray = np.diff(values, order)[inside]
+    return found
+
+
 def _second_difference(rate: float, frequency: FloatArray) -> FloatArray:
     """Squared gain of the second difference over time."""
     gain: FloatArray = (2.0 * np.sin(np.pi * frequency / rate)) ** 4 * rate**4
@@ -108,17 +118,24 @@ def _second_difference(rate: float, frequency: FloatArray) -> FloatArray:
 def position_noise(position: FloatArray, rate: float, usable: BoolArray) -> float:
     """Standard deviation of the position's white noise, from the top of its spectrum.
 
-    Not below what the smallest step between recorded values makes as rounding.
+    Not below `rounding_of`.
     """
-    second = np.diff(position[usable], 2) * rate**2
+    second = _differences(position, usable, 2) * rate**2
     frequency, density = _spectrum(second, rate)
-    top = frequency > 0.35 * rate
+    top = frequency > _TOP * rate
     white = float(np.median(density[top] / _second_difference(rate, frequency[top])))
-    steps = np.abs(np.diff(position[usable]))
+    return max(math.sqrt(max(white, 0.0) * rate / 2.0), rounding_of(position, usable), 1e-12)
+
+
+def rounding_of(position: FloatArray, usable: BoolArray) -> float:
+    """Standard deviation that rounding to counts makes, of the smallest step between values.
+
+    0 where the steps from sample to sample are not counts.
+    """
+    steps = np.abs(_differences(position, usable, 1))
     smallest = float(np.min(steps[steps > 1e-12 * max(np.ptp(position), 1e-300)], initial=np.inf))
     crowd = float(np.mean((steps > 0.5 * smallest) & (steps < 1.5 * smallest) | (steps == 0.0)))
-    rounding = smallest / math.sqrt(12.0) if crowd > 0.2 and math.isfinite(smallest) else 0.0
-    return max(math.sqrt(max(white, 0.0) * rate / 2.0), rounding, 1e-12)
+    return smallest / math.sqrt(12.0) if crowd > 0.2 and math.isfinite(smallest) else 0.0
 
 
 def bandwidth_of(
@@ -139,7 +156,7 @@ def bandwidth_of(
     it is a speed, and `noise` is of it. times: as long as this are all recordings that are
     compared together.
     """
-    second = np.diff(position[usable], order) * rate**order
+    second = _differences(position, usable, order) * rate**order
     frequency, density = _spectrum(second, rate)
     shape = _second_difference(rate, frequency) ** (0.5 * order)
     rough = 2.0 * noise**2 / rate * shape

@@ -76,7 +76,7 @@ class Certainty:
         # Where the effort stood still while the output moved, something else drives it, too.
         acts = min(0.5 + 0.5 * sure, _CERTAIN) * (1.0 - self.balance.motion.standing)
         # It has to stand above the structure that is left; what is rare, above all that is unknown.
-        size = own if rarity > 1 else math.hypot(own, self._worth(term))
+        size = own if rarity > 1 else math.hypot(own, self._beyond(term))
         above = (unknown if rarity > 1 else structure) / max(size, 1e-9 * best)
         acts = min(acts, 1.0 / (1.0 + 2.0 * above**2))
         return acts, acts / (1.0 + sum(weights.values())), tuple(weights)
@@ -98,11 +98,24 @@ class Certainty:
         rows = balance.judged if balance.judged.any() else balance.usable
         return math.sqrt(float(np.mean(balance.costs(fit, self.contest.winner.scale, rows))))
 
-    def _worth(self, term: Term) -> float:
-        """RMS that the price of the sheet counts as which a term saves."""
-        winner, other = self.contest.winner, self.contest.without[term.effect]
-        saved = max(other.price - winner.price, 0.0) / winner.evidence
-        return winner.rms(self.judged) * math.sqrt(math.expm1(min(saved, 100.0)))
+    def _beyond(self, term: Term) -> float:
+        """RMS of what a sound sheet could not give of what it gives without a term.
+
+        Of the constant that has to go furthest beyond its tolerance, beside what all others may do
+        at their price.
+        """
+        other, rows = self.contest.without[term.effect], self.balance.usable
+        columns, prior = self.balance.columns(other.terms)[rows], other.prior
+        widths = np.divide(2.0, prior, out=np.full(prior.size, np.inf), where=prior > 0.0)
+        price = math.sqrt(other.share) * prior  # of a pull, in what the rows are in
+        most = 0.0
+        for at in np.flatnonzero(np.abs(other.coefficients) > widths).tolist():
+            held = np.diag(np.where(np.arange(price.size) == at, 0.0, price))
+            priced = np.concatenate([columns, held])
+            alone = beside(priced[:, at], np.delete(priced, at, axis=1))
+            excess = abs(float(other.coefficients[at])) - float(widths[at])
+            most = max(most, excess * math.sqrt(float(np.sum(alone**2)) / columns.shape[0]))
+        return most
 
     def _apart(self, one: Solution, other: Solution) -> float:
         """RMS of the difference between what two fits explain."""

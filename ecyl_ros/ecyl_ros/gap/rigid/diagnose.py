@@ -84,7 +84,9 @@ def judged(
     blur = Blur(acceleration_noise(motion), acceleration_noise(motion, counted=True))
     model = catalogue.model
     balance = Balance(motion, catalogue.nominal(), model, blur)
-    lag_s = sampling_lag(motion, catalogue.along, balance.fitted)
+    lag_s = 0.0
+    if machine.actuation != "loop":  # which is told from the motion itself: no logger in between
+        lag_s = sampling_lag(motion, catalogue.along, balance.fitted)
     balance = Balance(motion, catalogue.nominal(), model, blur, lag_s)
     if int(balance.usable.sum()) < 8 * _TOO_LITTLE:
         raise InputError(
@@ -98,7 +100,7 @@ def judged(
     for number in range(_ROUNDS):
         contest = compete(null, floor, without, _part(tell, number))
         finer, finer_is = _finer_floor(balance, catalogue, contest.winner)
-        more = lag_left(contest.winner)
+        more = lag_left(contest.winner, lag_s)
         moved, lower = abs(more) > MOVED / motion.rate_hz, finer < _FINER * floor
         if lower or finer > floor:
             floor, floor_is = finer, finer_is

@@ -155,6 +155,7 @@ def joined(motions: Sequence[Motion], sources: Sequence[str]) -> Joined:
     values |= {
         "time_s": np.concatenate(times),
         "position_noise": _rms([one.position_noise for one in motions]),
+        "rounding": _rms([one.rounding for one in motions]),
         "speed_noise": _rms([one.speed_noise for one in motions]),
         "standing": float(np.average([one.standing for one in motions], weights=sizes)),
         "notes": tuple(
@@ -176,7 +177,7 @@ def in_own_noise(motion: Joined, motions: Sequence[Motion], inertia: float) -> J
     finest = _FINEST * float(np.std(motion.effort[motion.usable]))
     noise = np.array(
         [
-            math.hypot(effort_noise(one), inertia * acceleration_noise(one), finest)
+            math.hypot(effort_noise(one), inertia * acceleration_noise(one, rounded=True), finest)
             for one in motions
         ]
     )

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...effects import load_coulomb_friction, load_viscous_friction
+from ...effects import actuation_delay, load_coulomb_friction, load_viscous_friction
 from ...effects.catalogue import EFFECTS
 from ...effects.term import Term
 from ..diagnosis import Cause, FittedParameter
@@ -122,7 +122,9 @@ class Judgement:
         # An effort that wanders by itself does not repeat either: that is no floor, but a gap.
         wanders = self.floor > _WANDERS * self.spread and self.floor > 3.0 * self.white
         no_gap = nominal <= NO_GAP_RATIO * floor and not wanders
-        no_gap = no_gap and not self.null.strained(contest.nominal)
+        # A lag is no constant of the sheet: where nothing is left, nothing is late.
+        late = actuation_delay.EFFECT.name
+        no_gap = no_gap and not set(self.null.strained(contest.nominal)) - {late}
         if wanders:
             self.notes.append(
                 f"{100.0 * self.floor / self.spread:.0f} % of the {self.motion.effort_name} does "

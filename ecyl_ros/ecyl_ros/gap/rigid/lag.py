@@ -43,11 +43,15 @@ def in_bounds(motion: Motion, lag_s: float) -> float:
     return lag_s if abs(lag_s) <= (LATE + 1.0 / _FINE) / motion.rate_hz else 0.0
 
 
-def lag_left(fit: Solution) -> float:
-    """Seconds of lag that a fit finds on top: beside the null, or as a delay that is no longer."""
+def lag_left(fit: Solution, lag_s: float) -> float:
+    """Seconds of lag that a fit finds on top of `lag_s`.
+
+    Beside the null, or as a delay that with it is no later than sampling makes it.
+    """
     for one in fit.terms:
         value = float(fit.of(one)[0])
-        if one.key == LAG or (one.effect == actuation_delay.EFFECT.name and value <= one.least):
+        late = lag_s + value <= one.least
+        if one.key == LAG or (one.effect == actuation_delay.EFFECT.name and late):
             return value
     return 0.0
 

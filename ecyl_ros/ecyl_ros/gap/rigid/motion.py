@@ -31,6 +31,7 @@ from .band import (
     bandwidth_of,
     low_passed,
     position_noise,
+    rounding_of,
     slope,
     speed_noise_of,
     told_by_speed,
@@ -53,7 +54,8 @@ class Motion(Course):
             recorded where `effort` is what it asks for; NaN throughout where one of them is not
             known.
         mode: NaN where not recorded.
-        position_noise: standard deviation of the position's noise.
+        position_noise: standard deviation of the position's noise. rounding: of that, what
+            rounding to counts makes.
         by_speed: whether speed and acceleration come from the recorded speed.
         standing: share of the motion over which the effort stood still, as it can not.
         bandwidth_hz: of the comparison; `position` is low-passed at 2.5 times that. step: samples
@@ -68,6 +70,7 @@ class Motion(Course):
     other_effort: FloatArray
     mode: FloatArray
     position_noise: float
+    rounding: float
     by_speed: bool
     standing: float
     bandwidth_hz: float
@@ -222,7 +225,8 @@ def motion_of(
     noise = machine.position_noise
     if noise is None:
         noise = position_noise(position, rate, usable)
-    noise = max(noise, (machine.position_resolution or 0.0) / math.sqrt(12.0))
+    rounding = (machine.position_resolution or 0.0) / math.sqrt(12.0)
+    noise = max(noise, rounding)
     bandwidth = machine.bandwidth_hz
     if bandwidth is None:
         bandwidth = bandwidth_of(position, effort, rate, noise, usable, times=times)
@@ -272,6 +276,7 @@ def motion_of(
         usable=eroded(usable, settle),
         rate_hz=rate,
         position_noise=noise,
+        rounding=rounding or rounding_of(position, usable),
         by_speed=by_speed,
         speed_noise=spread,
         standing=stood,

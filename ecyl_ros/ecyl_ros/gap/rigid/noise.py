@@ -36,15 +36,16 @@ def effort_noise(motion: Motion, stated: float | None = None) -> float:
     )
 
 
-def acceleration_noise(motion: Motion, *, counted: bool = False) -> float:
+def acceleration_noise(motion: Motion, *, counted: bool = False, rounded: bool = False) -> float:
     """Standard deviation of the acceleration's noise within the band.
 
     White noise of the position (of the speed, where acceleration comes from a recorded one), as
-    dense as above the band, through differences and low-passes. counted: no less than the steps of
-    the encoder make of it, whose noise is not white while it moves slowly.
+    dense as above the band, through differences and low-passes. counted: no less than all noise of
+    the position makes of it. rounded: no less than rounding to counts does, which is not white
+    while it moves slowly.
     """
     rate, band = motion.rate_hz, motion.bandwidth_hz
-    order, density = _motion_density(motion)
+    order, density = _rounded_density(motion) if rounded else _motion_density(motion)
     if counted:
         spread = motion.position_noise**2 / (0.5 * rate)
         density = max(density, spread * (math.tau * band) ** 2 if motion.by_speed else spread)
@@ -88,6 +89,14 @@ def _motion_density(motion: Motion) -> tuple[int, float]:
     return order, least_density(values, motion.usable, motion.rate_hz, motion.bandwidth_hz, order)
 
 
+def _rounded_density(motion: Motion) -> tuple[int, float]:
+    """The same, no less than as rounding of the position to counts is on average."""
+    order, density = _motion_density(motion)
+    if order == 2:
+        density = max(density, motion.rounding**2 / (0.5 * motion.rate_hz))
+    return order, density
+
+
 def _grid(motion: Motion) -> FloatArray:
     return np.linspace(0.0, 0.5 * motion.rate_hz, _POINTS)
 
@@ -104,12 +113,14 @@ def measurement_noise(catalogue: Catalogue, fit: Solution) -> float:
     inertia = fit.inertia(catalogue.model)
     if machine.actuation == "loop":
         return _through_the_loop(motion, machine, inertia)
-    return math.hypot(effort_noise(motion, stated), inertia * acceleration_noise(motion))
+    return math.hypot(
+        effort_noise(motion, stated), inertia * acceleration_noise(motion, rounded=True)
+    )
 
 
 def _through_the_loop(motion: Motion, machine: Machine, inertia: float) -> float:
     """What noise of the position leaves where the loop that it went through is the effort."""
-    order, density = _motion_density(motion)
+    order, density = _rounded_density(motion)
     if order == 1:
         return math.hypot(effort_noise(motion), inertia * acceleration_noise(motion))
     gains, frequency = gains_of(machine), _grid(motion)

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 from ...effects.catalogue import CATALOGUE
 from .cylinder.effects import EFFECTS
-from .rigid.faults import AKIN
+from .rigid.faults import AKIN, STRANGE
 
 
 class Cause(NamedTuple):
@@ -21,6 +21,7 @@ def cause_of(drives: str, effect: str) -> Cause:
     """The cause behind an effect's name in a label. drives: bench, random or rigid."""
     if drives == "rigid":
         known = CATALOGUE.get(effect)
-        return Cause(effect, known.block if known else "load", frozenset(AKIN.get(effect, ())))
+        block = known.block if known else STRANGE.get(effect, "load")
+        return Cause(effect, block, frozenset(AKIN.get(effect, ())))
     imposed = EFFECTS[effect]
     return Cause(imposed.twin or effect, imposed.block, imposed.akin)

@@ -10,20 +10,24 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ....effects.actuation_delay import LATE
 from ....errors import InputError
 from ....recording.signals import Recording
 from ...diagnosis import FloatArray
+from ...verdict import NO_GAP_RATIO
 from ..case import Case
 from .drawn import Drawn, draw_drive, moved_anew
 from .equations import Truth, run
-from .faults import Faulty, faults
-from .judgeable import SHOWS, standing
+from .faults import STRANGE, Faulty, faults
+from .judgeable import SHOWS, pulled, standing
 from .logger import record
 
 KINDS = ("single", "none", "withheld")
 SHARES = {"single": 0.6, "none": 0.25, "withheld": 0.15}
 SHEET_SD, SHEET_SHARE = 0.05, 0.6  # of the drives are off their sheet by so much, unless told
 RECORDINGS, SECONDS = "recordings", "seconds_each"  # facts of a case of several recordings
+# Over all other noise, from which what another axis pulls raises it by what counts as a gap.
+_PULLS = math.sqrt(NO_GAP_RATIO**2 - 1.0)
 _ATTEMPTS = 8  # at a drive that keeps to its reference
 _ASTRAY = 0.5  # of the travel: a drive that far from its reference has run away
 
@@ -110,7 +114,7 @@ def play(case: Case) -> tuple[Played, ...]:
     Raises:
         InputError: it does not keep to its way.
     """
-    effect = next(iter(case.effects), None)
+    effect = next((one for one in case.effects if one not in STRANGE), None)
     count, seconds = int(case.facts.get(RECORDINGS, 1)), case.facts.get(SECONDS)
     linear = bool(case.facts["linear"])
     drawn = draw_drive(case.seed, linear, effect, case.sheet)
@@ -170,9 +174,14 @@ def _labelled(case: Case, every: tuple[Played, ...]) -> Case:
         held = drawn.machine.inertia
         if effect.endswith("inertia_error") and held is not None:
             nominal[effect] = dict.fromkeys(faulty.values, held / drawn.size.ratio)
+    effects = {effect: dict(faulty.values) for effect in case.effects}
+    kind, strange = case.kind, _strange(drawn)
+    if kind == "none" and strange:
+        kind, effects = "outside", {effect: {} for effect in strange}
     return replace(
         case,
-        effects={effect: dict(faulty.values) for effect in case.effects},
+        kind=kind,
+        effects=effects,
         gaps=gaps,
         constants=_true(drawn, faulty.truth),
         tolerances=drawn.tolerances,
@@ -192,9 +201,21 @@ def _true(drawn: Drawn, truth: Truth) -> dict[str, float]:
     return moved
 
 
+def _strange(drawn: Drawn) -> tuple[str, ...]:
+    """What makes a gap of a drive without a fault: no name of the catalogue, and none is wanted."""
+    axis = ("x_other_axis",) if pulled(drawn) > _PULLS else ()
+    return axis + (("x_winding_lag",) if _late_samples(drawn) > LATE - 0.5 else ())
+
+
 def _late(drawn: Drawn) -> tuple[str, ...]:
     """A lag of more than a sample between effort and motion may well be called a delay."""
-    return ("actuation_delay",) if abs(drawn.logger.lag_samples) > 1.0 else ()
+    return ("actuation_delay",) if abs(_late_samples(drawn)) > 1.0 else ()
+
+
+def _late_samples(drawn: Drawn) -> float:
+    """Samples by which effort acts after it was logged: the logger's, and the winding's L/R."""
+    logger = drawn.logger
+    return drawn.truth.winding[2] * logger.rate_hz - logger.lag_samples
 
 
 def record_case(case: Case) -> tuple[tuple[Recording, ...], Drawn]:

@@ -220,4 +220,7 @@ def faults(linear: bool) -> dict[str, Fault]:
     return found if linear else found | {"gravity_on_arm": _gravity}
 
 
+# What makes a gap without being a fault, and where.
+STRANGE = {"x_other_axis": "load", "x_winding_lag": "timing"}
+
 FAULTS: dict[str, Fault] = faults(True) | faults(False)

@@ -8,6 +8,7 @@ band of frequencies that shows it best.
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 from scipy.signal import butter, sosfiltfilt
@@ -77,6 +78,13 @@ def standing(drawn: Drawn, faulty: Truth, effect: str, rows: FloatArray) -> floa
         seen = seen - basis.T @ np.linalg.lstsq(basis.T, seen, rcond=None)[0]
         best = max(best, float(np.sqrt(np.mean(seen**2))) / noise_in(drawn, band))
     return best
+
+
+def pulled(drawn: Drawn) -> float:
+    """RMS of the effort that another axis asks for over all other noise, in the best band."""
+    other = float(np.sqrt(np.mean(drawn.coupling**2)))
+    alone = replace(drawn, coupling=np.zeros(1))
+    return other / min(noise_in(alone, band) for band in _BANDS_HZ)
 
 
 def noise_in(drawn: Drawn, band_hz: float) -> float:
