@@ -169,6 +169,8 @@ def draw_drive(seed: int, linear: bool, effect: str | None, sheet: float) -> Dra
             reach=reach,
             middle=float(0.5 * (reference.min() + reference.max())),
             speed=speed,
+            rubs=truth.coulomb[0] - coulomb,
+            drags=constants["load.viscous_friction"] - viscous - drag,
             tolerance=2.0 * sheet,
             unit=unit,
             ratio=ratio,

@@ -21,14 +21,17 @@ class Size:
     """What a fault is drawn to: `level` of effort, on travel `reach` about `middle` at top
     speed `speed`.
 
-    tolerance: relative, of the sheet. unit: of the label's values: n, nm, a or v. ratio: output
-    effort per that unit.
+    rubs, drags: by which the machine's Coulomb and viscous friction are off the file before the
+    fault: what comes on top is counted from the file. tolerance: relative, of the sheet. unit:
+    of the label's values: n, nm, a or v. ratio: output effort per that unit.
     """
 
     level: float
     reach: float
     middle: float
     speed: float
+    rubs: float
+    drags: float
     tolerance: float
     unit: str
     ratio: float
@@ -77,13 +80,13 @@ def _more(truth: Truth, level: float) -> Truth:
 
 def _coulomb(truth: Truth, size: Size, rng: np.random.Generator) -> Faulty:
     level = max(size.level, LEAVES * size.tolerance * truth.coulomb[0])
-    return Faulty(_more(truth, level), size.effort("coulomb", level))
+    return Faulty(_more(truth, level), size.effort("coulomb", level + size.rubs))
 
 
 def _viscous(truth: Truth, size: Size, rng: np.random.Generator) -> Faulty:
     slope = max(1.5 * size.level / size.speed, LEAVES * size.tolerance * truth.viscous[0])
     made = truth._replace(viscous=(truth.viscous[0] + slope, truth.viscous[1] + slope))
-    return Faulty(made, size.slope("viscous", slope))
+    return Faulty(made, size.slope("viscous", slope + size.drags))
 
 
 def _inertia(truth: Truth, size: Size, rng: np.random.Generator) -> Faulty:
@@ -109,8 +112,10 @@ def _by_direction(truth: Truth, size: Size, rng: np.random.Generator) -> Faulty:
         coulomb=(truth.coulomb[0] + most, truth.coulomb[1] + least),
         viscous=(truth.viscous[0] + steep, truth.viscous[1] + flat),
     )
-    values = size.effort("coulomb_positive", most) | size.effort("coulomb_negative", least)
-    values |= size.slope("viscous_positive", steep) | size.slope("viscous_negative", flat)
+    values = size.effort("coulomb_positive", most + size.rubs)
+    values |= size.effort("coulomb_negative", least + size.rubs)
+    values |= size.slope("viscous_positive", steep + size.drags)
+    values |= size.slope("viscous_negative", flat + size.drags)
     return Faulty(made, values)
 
 
@@ -119,7 +124,8 @@ def _stribeck(truth: Truth, size: Size, rng: np.random.Generator) -> Faulty:
     more, static = 0.7 * size.level, 1.5 * size.level
     made = _more(truth, more)._replace(static=static, stribeck=speed)
     end = "m_s" if size.linear else "rad_s"
-    values = size.effort("coulomb", more) | size.effort("static", more + static)
+    level = more + size.rubs
+    values = size.effort("coulomb", level) | size.effort("static", level + static)
     return Faulty(made, values | {f"stribeck_{end}": speed})
 
 
@@ -127,8 +133,9 @@ def _drift(truth: Truth, size: Size, rng: np.random.Generator) -> Faulty:
     rate = _side(rng) * float(rng.uniform(0.01, 0.03))
     made = _more(truth, size.level)._replace(drift_per_s=rate)
     # All of the friction drifts; a drive file has it of what comes on top.
-    on_top = rate * made.coulomb[0] / size.level
-    return Faulty(made, size.effort("coulomb", size.level) | {"rate_per_s": on_top})
+    level = size.level + size.rubs
+    on_top = rate * made.coulomb[0] / level
+    return Faulty(made, size.effort("coulomb", level) | {"rate_per_s": on_top})
 
 
 def _constant(truth: Truth, size: Size, rng: np.random.Generator) -> Faulty:
