@@ -9,6 +9,7 @@ import pytest
 from rigid_machines import LINEAR, motion, recorded
 
 from ecyl_ros.gap.diagnose import diagnose
+from ecyl_ros.gap.rigid.band import position_noise
 from ecyl_ros.gap.rigid.motion import motion_of
 from ecyl_ros.gap.rigid.noise import acceleration_noise
 from ecyl_ros.gap.rigid.white import least_density
@@ -58,3 +59,19 @@ def test_noise_of_the_position_is_noise_of_the_balance() -> None:
         off = moved.filtered(moved.acceleration) - exact.filtered(exact.acceleration)
         left = float(np.std(off[moved.usable[moved.rows]]))
         assert acceleration_noise(moved) == pytest.approx(left, rel=0.2)
+
+
+def test_a_gap_in_a_recording_is_no_noise() -> None:
+    """Half a second left out while it moves on: the noise found is that of the encoder."""
+    step = 1e-5
+    position = step * np.round(M.q / step)
+    usable = (M.t < 7.0) | (M.t > 7.5)
+    assert position_noise(position, 1000.0, usable) == pytest.approx(step / 12**0.5, rel=0.2)
+
+
+def test_rounding_of_a_slow_encoder_is_no_gap() -> None:
+    """A machine as its file has it, by counts so coarse that their noise is not white: no cause,
+    and no gap."""
+    coarse = dataclasses.replace(LINEAR, coulomb=9.0, position_resolution=2e-3)
+    result = diagnose(recorded(M, 20.0 * M.a + 9.0 * S, coarse, 0.05, 2e-3), coarse)
+    assert result.verdict in ("no_gap", "within_sheet")

@@ -218,3 +218,25 @@ def test_constants_within_their_tolerance_go_into_the_twin(tmp_path) -> None:
     assert [one.name for one in twin.effects] == ["cogging_torque"]
     assert second.verdict == "no_gap"
     assert first.after < 1.15 * first.floor
+
+
+def test_a_constant_load_is_no_spring_a_long_way_off(tmp_path) -> None:
+    """A load of 250 N that rises by 1 N over the travel is a constant load; what rises is found by
+    the twin, as a spring of its true stiffness."""
+    effort = 20.0 * M.a + 250.0 + 3.0 * M.q
+    body = "    actuation: {signal: force, gain: 1.0}\n    load: {mass: 20.0}\n"
+    first, again = _twin(tmp_path, recorded(M, effort, LINEAR, 0.1, 1e-6), body)
+    assert [one.effect for one in first.causes] == ["constant_load"]
+    assert first.causes[0].parameters[0].value == pytest.approx(250.0, rel=0.01)
+    assert [one.effect for one in again.causes] == ["spring_load"]
+    assert again.causes[0].parameters[0].value == pytest.approx(3.0, rel=0.05)
+
+
+def test_a_mass_that_was_not_seen_is_not_written(tmp_path) -> None:
+    """A recording that says the machine weighs nothing: its twin leaves the mass out, as before."""
+    effort = 30.0 * S - 0.5 * M.a
+    body = "    actuation: {signal: force, gain: 1.0}\n"
+    first, _ = _twin(tmp_path, recorded(M, effort, LINEAR, 0.1, 1e-6), body)
+    assert first.closest is not None and first.closest.inertia is not None
+    assert first.closest.inertia < 1e-6
+    assert load_machine(tmp_path / "twin.yaml").inertia is None

@@ -373,3 +373,29 @@ def test_several_recordings_are_of_one_machine_moved_anew() -> None:
     for one, other in zip((recording, *others), (again.recording, *again.others), strict=True):
         for name in ("stamp_ns", "rod_position_m", "rotor_position_rad"):
             assert np.array_equal(getattr(one, name), getattr(other, name), equal_nan=True)
+
+
+def test_a_machine_that_another_axis_pulls_at_is_not_called_healthy() -> None:
+    """Of the drives without a fault, those with a pull that stands out of the noise are labelled
+    as strange, all others as healthy."""
+    drives = RigidDrives()
+    plan = drives.plan(40, 3, Choice(kinds=("none",)))
+    cases = [drives.complete(case) for case in plan]
+    strange = [one for one in cases if one.kind == "outside"]
+    assert strange and any(one.kind == "none" for one in cases)
+    assert all(one.names <= {"x_other_axis", "x_winding_lag"} for one in strange)
+    assert all(one.facts["coupled"] for one in strange if "x_other_axis" in one.names)
+    assert not any(one.names for one in cases if one.kind == "none")
+
+
+def test_what_comes_on_top_is_counted_from_the_file() -> None:
+    """Friction of the label and of the drive file together are the machine's."""
+    drives = RigidDrives(sheet=0.05)
+    plan = drives.plan(8, 5, Choice(kinds=("single",), effects=("load_coulomb_friction",)))
+    for planned in plan:
+        (played,) = play(planned)
+        file, values = played.drawn.machine.coulomb, played.faulty.values
+        (value,) = values.values()
+        assert file + value * played.drawn.size.ratio == pytest.approx(
+            played.faulty.truth.coulomb[0]
+        )

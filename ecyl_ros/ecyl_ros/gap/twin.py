@@ -111,25 +111,30 @@ def _full(diagnosis: Diagnosis, nominal: DriveParameters) -> _Twin:
 def _rigid(diagnosis: Diagnosis, nominal: Machine) -> _Twin:
     machine = diagnosis.closest
     assert machine is not None  # where something was found
+    key = "load.mass" if machine.linear else "load.inertia"
+    if nominal.inertia is None and machine.inertia is not None:
+        possible = KEYS[key]
+        if not possible.low <= _digits(machine.inertia) <= possible.high:
+            machine = replace(machine, inertia=None)  # not seen here: as unknown as before
     units = Units(machine.effects_unit or ("N" if machine.linear else "N m"), machine.linear)
     effects = {
         name: {key: _digits(value) for key, value in values.items()}
         for name, values in as_file(machine.effects, units, machine.lead).items()
     }
 
+    other = "load.inertia" if machine.linear else "load.mass"
     constants = {
-        key: _digits(getattr(machine, KEYS[key].field))
-        for key in WRITTEN
-        if getattr(nominal, KEYS[key].field) is not None
-        and (key != "load.mass" if not machine.linear else key != "load.inertia")
-        and getattr(machine, KEYS[key].field) != getattr(nominal, KEYS[key].field)
+        one: _digits(getattr(machine, KEYS[one].field))
+        for one in WRITTEN
+        if getattr(nominal, KEYS[one].field) is not None
+        and one != other
+        and getattr(machine, KEYS[one].field) != getattr(nominal, KEYS[one].field)
     }
 
     def written(text: str) -> str:
         text = with_values(text, dict(constants))
         text = add_effects(text, effects, _remarks(diagnosis)) if effects else text
         if nominal.inertia is None and machine.inertia is not None:
-            key = "load.mass" if machine.linear else "load.inertia"
             text = add_values(text, {key: _digits(machine.inertia)})
         return text
 

@@ -48,6 +48,7 @@ def assembled(
         best = closest(along, whole, untold if named else ())
     gap = SignalGap(motion.effort_name, motion.effort_unit, ruling.before, ruling.after, floor)
     before = contest.nominal.rms(judgement.judged)
+    said = [*motion.notes, *judgement.notes]
     return Diagnosis(
         source=source,
         drive=drive_name,
@@ -64,7 +65,8 @@ def assembled(
         shrink=ruling.shrink,
         steps=reached,
         candidates=_candidates(judgement),
-        notes=(*costs(motion, along, mode), *played.notes, *motion.notes, *judgement.notes),
+        # Of two lines of one effect the same may be said.
+        notes=tuple(dict.fromkeys([*costs(motion, along, mode), *played.notes, *said])),
         values=_values(judgement, best) if named and best is not None else {},
         series=_series(judgement, ruling, played, int(recordings[0].stamp_ns[0])),
         replays=contest.fits,

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...effects import actuation_delay, load_coulomb_friction, load_viscous_friction
+from ...effects import actuation_delay, constant_load, load_coulomb_friction, load_viscous_friction
 from ...effects.catalogue import EFFECTS
 from ...effects.term import Term
 from ..diagnosis import Cause, FittedParameter
@@ -256,8 +256,9 @@ class Judgement:
         return without.priced(self.judged) - winner.priced(self.judged)
 
     def simplest(self) -> list[Term] | None:
-        """The closest set without constants that lie within their tolerance, and with friction of
-        one level, where its finer forms cannot be told apart.
+        """The closest set without constants that lie within their tolerance, with a constant load
+        where that does nearly all that a spring or a weight does, and with friction of one level,
+        where its finer forms cannot be told apart.
 
         That there is friction is then sure, its form is not. None where nothing is to be changed.
         """
@@ -265,6 +266,15 @@ class Judgement:
         if len(order) < len(self.contest.order):
             return order
         along = self.catalogue.along
+        level = self.catalogue.own(constant_load.term(along))
+        base, best = (fit.priced(self.judged) for fit in (self.contest.base, self.contest.winner))
+        for at, term in enumerate(order):
+            if level.effect in term.refines:
+                simple = [*order[:at], level, *order[at + 1 :]]
+                # A spring or a weight that adds too little to a constant to be named for itself.
+                left = self.null.fit(simple).priced(self.judged)
+                if base - left >= (1.0 - _SMALL) * (base - best):
+                    return simple
         plain = self.catalogue.own(load_coulomb_friction.term(along))
         for at, term in enumerate(order):
             if plain.effect not in term.refines:
