@@ -84,9 +84,7 @@ def judged(
     blur = Blur(acceleration_noise(motion), acceleration_noise(motion, counted=True))
     model = catalogue.model
     balance = Balance(motion, catalogue.nominal(), model, blur)
-    lag_s = 0.0
-    if machine.actuation != "loop":  # which is told from the motion itself: no logger in between
-        lag_s = sampling_lag(motion, catalogue.along, balance.fitted)
+    lag_s = sampling_lag(motion, catalogue.along, balance.fitted)
     balance = Balance(motion, catalogue.nominal(), model, blur, lag_s)
     if int(balance.usable.sum()) < 8 * _TOO_LITTLE:
         raise InputError(

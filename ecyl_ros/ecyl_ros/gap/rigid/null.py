@@ -140,6 +140,8 @@ class Null:
                 for form in rigid_forms(linear).values()
                 if form.constant[not linear] == key
             ]
+        if machine.actuation == "loop":  # told from the motion itself: no logger comes between
+            return found
         late = actuation_delay.lag(catalogue.along)
         return [*found, Uncertain(late, _STEP / catalogue.motion.rate_hz)]
 
