@@ -19,7 +19,7 @@ from .strain import effect_of, strains
 # The square of a normal variable by chance: 1 of 20 sound constants saves more than this.
 _PULLED_OUT = 4.0
 # Where a load rattles, only what is this small of a start answers in proportion.
-SMALL = 0.1
+_SMALL = 0.1
 _HELPS = 0.5  # share of the cost below which a start counts as on the way
 
 Job = TypeVar("Job")
@@ -49,7 +49,7 @@ class Beginnings:
                 if _possible(name, start):
                     jobs.append((name, dict(start), rank == 0))
                     if rank == 0 and PHASE not in start:
-                        small = CATALOGUE[name].scaled(start, SMALL, self.fitter.replay.drive)
+                        small = CATALOGUE[name].scaled(start, _SMALL, self.fitter.replay.drive)
                         jobs.append((name, small, False))
 
         for name in names:

@@ -50,8 +50,8 @@ def lag_left(fit: Solution, lag_s: float) -> float:
     """
     for one in fit.terms:
         value = float(fit.of(one)[0])
-        late = lag_s + value <= one.least
-        if one.key == LAG or (one.effect == actuation_delay.EFFECT.name and late):
+        sampled = lag_s + value <= one.least
+        if one.key == LAG or (one.effect == actuation_delay.EFFECT.name and sampled):
             return value
     return 0.0
 
