@@ -13,6 +13,7 @@ from ecyl_ros.gap.rigid.motion import motion_of
 from ecyl_ros.gap.rigid.rest import at_rest
 
 M = motion(0.1)
+S = np.sign(M.v)
 
 
 def _causes(result) -> dict:
@@ -92,3 +93,17 @@ def test_two_samples_of_lag_are_no_delay() -> None:
     result = diagnose(recorded(M, effort, LINEAR, 0.3, 1e-6), LINEAR)
     assert set(_causes(result)) == {"load_coulomb_friction"}
     assert not any("delay" in note and "named" in note for note in result.notes)
+
+
+def test_a_place_that_was_passed_once_is_no_jam() -> None:
+    """Drag on 40 mm of a stroke: a jam where it was passed to and fro, not in one stroke alone."""
+    drag = 9.0 * S * (np.abs(M.q - 0.05) < 0.02)
+    both = diagnose(recorded(M, 20.0 * M.a + drag, LINEAR, 0.3, 1e-6), LINEAR)
+    assert [one.effect for one in both.causes] == ["local_jam"]
+    t = np.arange(int(12.0 * RATE_HZ)) / RATE_HZ
+    v = 0.02 * (1.0 - np.cos(2.0 * np.pi * t / 1.5)) + 0.01
+    once = Motion(t, np.cumsum(v) / RATE_HZ, v, np.gradient(v, 1.0 / RATE_HZ))
+    drag = 9.0 * (np.abs(once.q - 0.2) < 0.06)
+    alone = diagnose(recorded(once, 20.0 * once.a + drag, LINEAR, 0.3, 1e-6), LINEAR)
+    assert "local_jam" not in _causes(alone)
+    assert any("passed once" in note for note in alone.notes)

@@ -82,7 +82,8 @@ def term(along: Along, explained: FloatArray, delay_s: float) -> Term:
 def _void(fitted: Fitted) -> str:
     """Another time suits the effort's size than its course: then it is no delay."""
     span, sought = fitted.spans[0], fitted.term.sought
-    if span.value <= fitted.term.least:
+    freed = span.low + span.high - span.value  # of what noise makes of it
+    if min(freed, span.value) <= fitted.term.least:
         return SAMPLING
     by_fit = math.sqrt(max((span.high - span.value) ** 2 - fitted.term.unsure**2, 0.0))
     reach = max(by_fit, _AGREES * sought)

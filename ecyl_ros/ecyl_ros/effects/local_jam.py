@@ -13,7 +13,7 @@ from .along import Along
 from .effect import Effect, Evidence, Quantity, Start, bristle, put_bristle
 from .rigid_form import RigidForm, Stem, level
 from .starts import direction
-from .term import Term
+from .term import Fitted, Term, plain
 
 
 def starts(evidence: Evidence) -> list[Start]:
@@ -111,6 +111,15 @@ def term(along: Along, middle: float, width: float) -> Term:
     )
 
 
+def _void(fitted: Fitted) -> str:
+    """A place that was passed once may as well have been a moment."""
+    middle, width = fitted.term.fixed.values()
+    inside = np.abs(fitted.along.motion.position - middle) < 0.5 * width
+    if np.count_nonzero(np.diff(inside, prepend=False) & inside) == 1:
+        return "its place was passed once: a moment of the time would do as well"
+    return plain(fitted)
+
+
 RIGID = RigidForm(
     stems=(
         level("coulomb", "drag against the motion"),
@@ -119,6 +128,7 @@ RIGID = RigidForm(
     ),
     term=term,
     tried=lambda along, left: [found] if (found := left.window())[1] > 0.0 else [],
+    void=_void,
     shape=lambda along, values, effort: (values["position"], values["width"]),
     coefficients=lambda values: (values["coulomb"],),
 )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from ..diagnosis import Cause, ConditionShare, Diagnosis, SignalGap
+from ..verdict import shrink_of
 from . import law as law_words
 from . import quantities as q
 from . import together, words
@@ -11,6 +12,7 @@ _NOISE_NAME = "measurement noise"
 _NOISE = 1.2  # what is left is called measurement noise up to this multiple of the floor
 _TELLING = 1.5  # a condition is worth a word if it holds so many times its share of the time
 _MUCH = 0.3  # ... and this share of the gap
+_MORE = 1.1  # times what all that was found leaves: then it is told what that removes
 
 
 def sentence(diagnosis: Diagnosis) -> str:
@@ -124,10 +126,15 @@ def _named(diagnosis: Diagnosis) -> str:
 def _adding(diagnosis: Diagnosis) -> str:
     what = "it" if len(diagnosis.causes) == 1 else "them"
     share = q.percent(diagnosis.shrink)
-    return (
+    text = (
         f"Adding {what} removes {'all' if share == '100 %' else share} of the gap on stretches "
         "that no parameter was fitted to"
     )
+    before, best = diagnosis.misfit_before, diagnosis.misfit_best
+    if before > diagnosis.misfit_after > _MORE * best > 0.0:
+        whole = shrink_of(before, best, before - diagnosis.misfit_perfect)
+        text += f", {q.percent(whole)} with what is too unsure to be named"
+    return text
 
 
 def _doubts(diagnosis: Diagnosis) -> str:

@@ -40,6 +40,8 @@ def assembled(
     block = ruling.causes[0].block if named else (None if no_gap else _nearest_block(judgement))
     steps = [one.rms(judgement.judged) / spread for one in contest.path]
     merged, reached = _merged(ruling.causes, steps) if named else ((), ())
+    if len(merged) == 1:  # alone it removes what is removed
+        merged = (dataclasses.replace(merged[0], shrink=ruling.shrink),)
     order = judgement.contest.order
     untold = [one for one in judgement.competed if not any(one is other for other in order)]
     whole = judgement.whole if named else judgement.null.fit([], balance.usable)
@@ -169,7 +171,7 @@ def _merged(
                 FittedParameter(numbered(p.name, number), p.unit, p.value, p.low, p.high)
                 for p in other.parameters
             ]
-        shrink = sum(one.shrink for one in group)
+        shrink = max(sum(one.shrink for one in group), 0.0)
         made.append(dataclasses.replace(first, parameters=tuple(parameters), shrink=shrink))
         level = min(level, last[effect])
         reached.append(level)

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import lsq_linear
 from scipy.stats import t as student
 
 from ...drive.rigid.model import Model
@@ -27,7 +28,7 @@ _LOSS = 5.0  # residuals beyond so many robust standard deviations lose their we
 ROUNDS = 6
 _LEAST_MOVING = 0.2  # share of the samples in motion with which rest is left out
 UNMODELLED = 0.01  # share of the effort that no model of one inertia explains
-_ALIGNED = 0.5  # of that, in one direction of all that are fitted
+_ALONG_A_WAVE = 0.5  # of that; models err smoothly, and in other directions by all of it
 _FORM = 1e-3  # half width, as a share of the value, that no interval falls below
 
 
@@ -120,11 +121,13 @@ class Blur(NamedTuple):
     """Noise of the acceleration, which regressions have to be freed of.
 
     noise: standard deviation within the band that is sure. counted: that with the steps of the
-    encoder.
+    encoder. looped: by the seconds of a delay, covariance of what this noise leaves with the
+    delay's column; 0 unless the noise goes round a loop.
     """
 
     noise: float = 0.0
     counted: float = 0.0
+    looped: Callable[[float], float] = lambda delay_s: 0.0
 
 
 class Balance:
@@ -229,6 +232,24 @@ class Balance:
             tuple(terms), coefficients, residual, weights, scale, prior, share, evidence
         )
 
+    def sound(self, solution: Solution) -> Solution:
+        """The fit that comes closest with every known constant within its tolerance.
+
+        What is not known beforehand is as suits that best.
+        """
+        prior, given = solution.prior, solution.coefficients
+        widths = np.divide(2.0, prior, out=np.full(prior.size, np.inf), where=prior > 0.0)
+        if np.all(np.abs(given) <= widths):
+            return solution
+        columns, weights = self.columns(solution.terms), np.sqrt(solution.weights)
+        short = np.linalg.qr((columns * weights[:, None])[self.fitted], mode="r")
+        low = np.maximum([value for one in solution.terms for value in one.low], -widths)
+        size = np.linalg.norm(short, axis=0) + 1e-300
+        aim = short @ given  # so far the closest: what is added to it counts
+        made = lsq_linear(short / size, aim, (low * size, widths * size), method="bvls").x / size
+        left = self.target - columns @ made
+        return replace(solution, coefficients=made, residual=left)
+
     @property
     def _noise(self) -> tuple[float, float]:
         """Noise of the acceleration, and inertia by which the target holds it."""
@@ -301,10 +322,11 @@ class Balance:
         return np.asarray(np.linalg.pinv(gram - noise, hermitian=True), dtype=np.float64)
 
     def unsure(self, solution: Solution, rows: BoolArray) -> FloatArray:
-        """How far coefficients may be off by the steps of the encoder, float64[k], signed.
+        """How far coefficients may be off by noise of the position, float64[k], signed.
 
-        Noise in a column makes its coefficient too small; how much of the steps is noise depends on
-        how the motion meets them.
+        By the steps of the encoder: noise in a column makes its coefficient too small; how much of
+        the steps is noise depends on how the motion meets them. By noise that went round the loop:
+        a delay cancels some of it, and so comes out too long.
         """
         blurred = self._blurred(solution.terms)
         columns, weights = self.columns(solution.terms)[rows], solution.weights[rows]
@@ -313,6 +335,10 @@ class Balance:
         told = float(blurred @ inverse @ blurred)
         more = min(more, MOST_BLUR / told if told > 0.0 else 0.0)
         made: FloatArray = more * solution.inertia(self.model) * (inverse @ blurred)
+        looped = [self.blur.looped(one.sought) if one.sought else 0.0 for one in solution.terms]
+        if any(looped):
+            shared = np.repeat(looped, [one.columns.shape[0] for one in solution.terms])
+            made = made - float(weights.sum()) * (inverse @ shared)
         return made
 
     def _modelled(self, solution: Solution, rows: BoolArray) -> FloatArray:
@@ -320,8 +346,14 @@ class Balance:
         columns, weights = self.columns(solution.terms)[rows], solution.weights[rows]
         inverse = self._inverse(solution, columns, weights)
         told = inverse @ ((columns * weights[:, None]).T @ columns) @ inverse
-        size = _ALIGNED * UNMODELLED * float(np.std(self.effort[rows]))
+        size = UNMODELLED * float(np.std(self.effort[rows]))
+        along = [
+            _ALONG_A_WAVE if one.rate else 1.0
+            for one in solution.terms
+            for _ in range(one.columns.shape[0])
+        ]
         made: FloatArray = size * np.sqrt(np.maximum(np.diag(told), 0.0) * weights.sum())
+        made *= along
         return made
 
     def intervals(self, solution: Solution, rows: BoolArray) -> dict[str, list[Interval]]:

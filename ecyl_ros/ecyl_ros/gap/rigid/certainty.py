@@ -15,6 +15,7 @@ from .contest import Contest
 
 _CERTAIN = 0.97  # the most that a cause found by effort is believed
 _ALIKE = 0.2  # of what is left: sets that differ by less (2 % of its RMS) cannot be told apart
+_WORSE = math.hypot(1.0, _ALIKE)  # by which its RMS then differs
 _SAME = 0.01  # of the power of columns: they span the same but next to a reversal
 _OWN = 0.5  # share of an effect's power that another has to take over to be its like
 _ERRS = 0.03  # of what is left: by so much models differ that are equally true
@@ -48,25 +49,21 @@ class Certainty:
             for name in term.alternatives
         } | dict.fromkeys(term.bent_by, 0.0)
         behind = self._behind(self.contest.without[term.effect])
-        # What is left beyond the floor is unknown: a second unknown of that size would turn one
-        # candidate into another, however many samples there are.
-        structure = math.sqrt(max(best**2 - self.floor**2, 0.0))
-        unknown = math.hypot(structure, _ALIKE * min(best, self.floor))
+        structure, unknown = self._unknown()
         own = self._apart(winner, self.contest.without[term.effect])
-        worse = math.hypot(1.0, _ALIKE)
+        waves = {one.key for one in self.contest.order if one.rate}
         for other, rival in self.contest.swaps[term.effect]:
-            better = rival.priced(self.judged) * worse < best
+            better = rival.priced(self.judged) * _WORSE < best
             if term.effect in other.contained or (self._finer(rival, winner, term) and not better):
                 continue  # a finer form of the same
             if other.effect == term.effect:  # another order or line, as good as the one found
                 behind = min(behind, self._behind(rival))
                 continue
-            if other.effect in held:
+            if other.effect in held and (not other.rate or other.key in waves):
                 continue
             apart = self._apart(winner, rival)
             simpler = self._within([other], [term])
-            alike = apart <= unknown and rival.dearer <= worse**2 * winner.dearer
-            near = alike or rival.priced(self.judged) <= worse * best
+            near = self.alike(rival) or rival.priced(self.judged) <= _WORSE * best
             if not simpler and near and apart <= math.sqrt(_OWN) * own:
                 weight = _UNLIKELY ** max(EFFECTS[other.effect].rarity - rarity, 0)
                 weights.setdefault(other.effect, weight)
@@ -80,6 +77,22 @@ class Certainty:
         above = (unknown if rarity > 1 else structure) / max(size, 1e-9 * best)
         acts = min(acts, 1.0 / (1.0 + 2.0 * above**2))
         return acts, acts / (1.0 + sum(weights.values())), tuple(weights)
+
+    def alike(self, rival: Solution) -> bool:
+        """Whether a set that has one effect in another's place may as well be the true one."""
+        winner = self.contest.winner
+        apart, (_, unknown) = self._apart(winner, rival), self._unknown()
+        return apart <= unknown and rival.dearer <= _WORSE**2 * winner.dearer
+
+    def _unknown(self) -> tuple[float, float]:
+        """RMS of the structure that is left beyond the floor; of that and what models err by.
+
+        A second unknown of that size would turn one candidate into another, however many samples
+        there are.
+        """
+        best = max(self.contest.winner.priced(self.judged), 1e-300)
+        structure = math.sqrt(max(best**2 - self.floor**2, 0.0))
+        return structure, math.hypot(structure, _ALIKE * min(best, self.floor))
 
     def _behind(self, other: Solution) -> float:
         """How far another set comes behind the closest one, as a logarithm of their odds.
@@ -99,23 +112,9 @@ class Certainty:
         return math.sqrt(float(np.mean(balance.costs(fit, self.contest.winner.scale, rows))))
 
     def _beyond(self, term: Term) -> float:
-        """RMS of what a sound sheet could not give of what it gives without a term.
-
-        Of the constant that has to go furthest beyond its tolerance, beside what all others may do
-        at their price.
-        """
-        other, rows = self.contest.without[term.effect], self.balance.usable
-        columns, prior = self.balance.columns(other.terms)[rows], other.prior
-        widths = np.divide(2.0, prior, out=np.full(prior.size, np.inf), where=prior > 0.0)
-        price = math.sqrt(other.share) * prior  # of a pull, in what the rows are in
-        most = 0.0
-        for at in np.flatnonzero(np.abs(other.coefficients) > widths).tolist():
-            held = np.diag(np.where(np.arange(price.size) == at, 0.0, price))
-            priced = np.concatenate([columns, held])
-            alone = beside(priced[:, at], np.delete(priced, at, axis=1))
-            excess = abs(float(other.coefficients[at])) - float(widths[at])
-            most = max(most, excess * math.sqrt(float(np.sum(alone**2)) / columns.shape[0]))
-        return most
+        """RMS of what a sound sheet could not give of what the sheet gives without a term."""
+        other = self.contest.without[term.effect]
+        return self._apart(other, self.balance.sound(other))
 
     def _apart(self, one: Solution, other: Solution) -> float:
         """RMS of the difference between what two fits explain."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable, Collection
 
 import numpy as np
@@ -24,7 +25,7 @@ from .floor import repeatability, white_part
 from .judge import Judgement
 from .lag import MOVED, in_bounds, lag_left, sampling_lag
 from .motion import Motion, motion_of
-from .noise import acceleration_noise, measurement_noise, weighed
+from .noise import acceleration_noise, measurement_noise, round_the_loop, weighed
 from .null import Null
 from .offsets import without_offsets
 from .rest import moving
@@ -79,9 +80,14 @@ def judged(
     tell(0.05)
     catalogue = Catalogue(motion, machine, differing)
     motion = without_offsets(motion, catalogue.along)
-    motion = weighed(motion, inertia_of(catalogue))
+    inertia = inertia_of(catalogue)
+    motion = weighed(motion, inertia)
     catalogue = Catalogue(motion, machine, differing)
-    blur = Blur(acceleration_noise(motion), acceleration_noise(motion, counted=True))
+    blur = Blur(
+        acceleration_noise(motion),
+        acceleration_noise(motion, counted=True),
+        functools.partial(round_the_loop, motion, machine, inertia),
+    )
     model = catalogue.model
     balance = Balance(motion, catalogue.nominal(), model, blur)
     lag_s = sampling_lag(motion, catalogue.along, balance.fitted)
@@ -132,6 +138,8 @@ def _finer_floor(balance: Balance, catalogue: Catalogue, winner: Solution) -> tu
     # A fit that leaves far less than the floor on rows it never saw refutes the floor.
     judged = balance.judged if balance.judged.any() else balance.usable
     left = winner.rms(moving(judged, balance.motion, catalogue.along))
+    if catalogue.machine.actuation == "loop":  # a delay cancels noise that went round the loop
+        left = max(left, winner.inertia(catalogue.model) * acceleration_noise(balance.motion))
     if left < _REFUTED * finer:
         finer, finer_is = left, "what the closest model leaves"
     white = min(white_part(balance, winner), left)

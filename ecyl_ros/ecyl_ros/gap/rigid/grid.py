@@ -5,8 +5,10 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from scipy.interpolate import CubicHermiteSpline
 
 from ...errors import InputError
+from ...recording.runs import runs_of
 from ...recording.signals import Recording
 from ..diagnosis import BoolArray, FloatArray
 
@@ -79,6 +81,34 @@ def bridged(values: FloatArray, known: BoolArray) -> FloatArray:
     """Straight lines where a value is not known."""
     index = np.arange(values.size)
     return np.interp(index, index[known], values[known])
+
+
+def carried_on(position: FloatArray, known: BoolArray, within: int) -> FloatArray:
+    """Cubics where a position is not known, as fast at either end as it is there.
+
+    A straight line would turn off at once: a blow of acceleration, that filters carry far.
+
+    within: samples beside a gap that its speed there is told from.
+    """
+    made = bridged(position, known)
+    gaps = runs_of(~known)
+    for begin, end in gaps[(gaps[:, 0] > 0) & (gaps[:, 1] < known.size)].tolist():
+        before, after = (
+            _slope(made, known, range(begin - 1, max(begin - 1 - within, -1), -1)),
+            _slope(made, known, range(end, min(end + within, known.size))),
+        )
+        ends = CubicHermiteSpline((begin - 1, end), made[[begin - 1, end]], (before, after))
+        made[begin:end] = ends(np.arange(begin, end))
+    return made
+
+
+def _slope(values: FloatArray, known: BoolArray, side: range) -> float:
+    """Per sample at the first of some samples, by a parabola through those that are known."""
+    rows = np.array(side)
+    rows = rows[np.cumprod(known[rows]).astype(bool)]
+    if rows.size < 2:
+        return 0.0
+    return float(np.polyfit(rows - rows[0], values[rows], min(2, rows.size - 1))[-2])
 
 
 def wide(known: BoolArray, rate: float) -> BoolArray:

@@ -33,7 +33,6 @@ from .void import SHEET, SILENT, why_not
 _CLOSE, _HELPS_CLOSE = 5.0, 0.25  # where no more than so many floors are left, less has to be gone
 _WANDERS = 0.05  # share of the effort that may not repeat where there is to be no gap
 _SMALL = 0.03  # share of the gap that an effect has to remove to be named
-_MOST = 0.5  # share of what is explained that has to be named to count for the whole
 _FLAT = 0.7  # share of the signal that its floor may have: half of the power is unknown beyond
 
 
@@ -100,7 +99,6 @@ class Judgement:
         self._sure: dict[str, tuple[float, float]] = {}
         self._alike: dict[str, tuple[str, ...]] = {}
         self._shares: dict[str, float] = {}
-        self._shares_all: dict[str, float] = {}
         self.competed = contest.order
 
     def _helps(self, before: float, best: float, surplus: float) -> bool:
@@ -111,13 +109,13 @@ class Judgement:
         """Decide what is named. Call once."""
         contest = closest = self.contest
         nominal = contest.nominal.rms(self.judged)
-        # Where nothing acts that a model could hold, it is no closer than models are.
-        floor = self.floor
-        if all(self._void[one.key] for one in contest.order):
-            floor = math.hypot(floor, UNMODELLED * self.spread)
-        before, best = contest.base.priced(self.judged), contest.winner.priced(self.judged)
+        before, best = self._sound(contest.base), contest.winner.priced(self.judged)
         surplus = max(before - self.floor, 1e-12 * before, 1e-300)
         causes = self._causes(before, surplus)
+        # Where nothing acts for sure that a model could hold, it is no closer than models are.
+        floor = self.floor
+        if all(self._unsure(one) for one in contest.order):
+            floor = math.hypot(floor, UNMODELLED * self.spread)
         reason = ""
         # An effort that wanders by itself does not repeat either: that is no floor, but a gap.
         wanders = self.floor > _WANDERS * self.spread and self.floor > 3.0 * self.white
@@ -141,13 +139,7 @@ class Judgement:
             causes = self._sure_ones(causes, before, surplus)
             if not causes:
                 reason = self._undecided(contest)
-            # Where what is named makes up most of it, the figures are of the whole set.
-            kept = {one.effect for one in causes}
-            explained = sum(self._shares_all.values())
-            most = sum(self._shares_all[name] for name in kept) >= _MOST * explained
-            if not most:
-                contest, best = self.contest, self.contest.winner.rms(self.judged)
-            named = bool(causes)
+            contest, named = self.contest, bool(causes)
         if causes and not named and not settled:
             tried = ", ".join(one.title for one in causes)
             self.notes.append(f"closest in the catalogue, but too unsure to be named: {tried}")
@@ -227,10 +219,9 @@ class Judgement:
         contest = self.contest
         found = []
         shares = self._part()
-        self._shares_all = self._shares_all or dict(shares)
         previous = before
         for term, fit in zip(contest.order, contest.path, strict=True):
-            now = fit.priced(self.judged)
+            now = self._sound(fit)
             lost = self._lost(term)
             if term.key not in self._sure:  # judged once, beside its rivals and with all others
                 acts, sure, alternatives = self.certainty.of(term)
@@ -253,12 +244,17 @@ class Judgement:
     def _lost(self, term: Term) -> float:
         """By how much the RMS rises without an effect."""
         without, winner = self.contest.without[term.effect], self.contest.winner
-        return without.priced(self.judged) - winner.priced(self.judged)
+        return self._sound(without) - winner.priced(self.judged)
+
+    def _sound(self, fit: Solution) -> float:
+        """RMS that a set leaves whose sheet keeps to its tolerances."""
+        return self.balance.sound(fit).priced(self.judged)
 
     def simplest(self) -> list[Term] | None:
         """The closest set without constants that lie within their tolerance, with a constant load
-        where that does nearly all that a spring or a weight does, and with friction of one level,
-        where its finer forms cannot be told apart.
+        where that does nearly all that a spring or a weight does, with a wave of an effect that
+        explains others of the set, where it is like that of another, and with friction of one
+        level, where its finer forms cannot be told apart.
 
         That there is friction is then sure, its form is not. None where nothing is to be changed.
         """
@@ -275,6 +271,13 @@ class Judgement:
                 left = self.null.fit(simple).priced(self.judged)
                 if base - left >= (1.0 - _SMALL) * (base - best):
                     return simple
+        waves = {one.effect for one in order if one.rate}
+        for at, term in enumerate(order):
+            for other, rival in self.contest.swaps[term.effect] if term.rate else ():
+                commoner = EFFECTS[other.effect].rarity < EFFECTS[term.effect].rarity
+                known = other.rate and other.effect in waves - {term.effect}
+                if known and commoner and self.certainty.alike(rival):
+                    return [*order[:at], *order[at + 1 :], other]  # the strongest stay first
         plain = self.catalogue.own(load_coulomb_friction.term(along))
         for at, term in enumerate(order):
             if plain.effect not in term.refines:

@@ -37,7 +37,7 @@ from .band import (
     told_by_speed,
 )
 from .frozen import without_repeats
-from .grid import Taker, bridged, eroded, even_grid, jumped, standing_effort, wide
+from .grid import Taker, bridged, carried_on, eroded, even_grid, jumped, standing_effort, wide
 
 _SETTLE = 1.0  # periods of the bandwidth's frequency left out at gaps
 _ENDS = 4.0  # the same at the ends, beyond which the low-passes have to guess how it moved
@@ -239,6 +239,7 @@ def motion_of(
         smooth = position
         spread = speed_noise_of(noise, cutoff, rate)
     else:
+        position = carried_on(position, known & ~jumps, settling(rate, bandwidth))
         smooth = low_passed(sos, position)
         velocity = slope(smooth, rate)
         spread = speed_noise_of(noise, cutoff, rate)
@@ -256,7 +257,7 @@ def motion_of(
             notes.append(
                 "speed is the recorded one: it says the same as the position, with less noise"
             )
-    settle = max(3, round(_SETTLE * rate / bandwidth))
+    settle = settling(rate, bandwidth)
     ends = min(max(settle, round(_ENDS * rate / bandwidth)), grid.size // 20)
     usable[:ends] = usable[grid.size - ends :] = False
     return Motion(
@@ -286,6 +287,11 @@ def motion_of(
         _sos=butter(ORDER, bandwidth, fs=rate, output="sos"),
         _smoothing=sos,
     )
+
+
+def settling(rate_hz: float, bandwidth_hz: float) -> int:
+    """Samples on either side of a gap that are left out, for the filter reaches as far."""
+    return max(3, round(_SETTLE * rate_hz / bandwidth_hz))
 
 
 def _effort(take: Taker, machine: Machine, notes: list[str]) -> tuple[FloatArray, str, str]:

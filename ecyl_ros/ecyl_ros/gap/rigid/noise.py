@@ -128,3 +128,22 @@ def _through_the_loop(motion: Motion, machine: Machine, inertia: float) -> float
     passed = gains.speed_kp * (gains.position_kp + turn) + inertia * turn**2
     power = float(np.mean(np.abs(passed * motion.gain(frequency)) ** 2))
     return math.sqrt(density * power * 0.5 * motion.rate_hz)
+
+
+def round_the_loop(motion: Motion, machine: Machine, inertia: float, delay_s: float) -> float:
+    """Covariance of what noise of the position leaves with the column of a delay.
+
+    Noise n that a loop C sees moves the output, so that n / (1 + L) is measured, L = C / (M s^2).
+    The effort is the loop's answer to that, exactly, and M s^2 n is left. A delay's column is what
+    the measured motion asks for, ahead of itself: about the loop's bandwidth one cancels the other.
+    """
+    order, density = _motion_density(motion)
+    if machine.actuation != "loop" or order == 1:
+        return 0.0
+    gains, frequency = gains_of(machine), _grid(motion)[1:]
+    turn = 1j * math.tau * frequency
+    loop = (gains.speed_kp + gains.speed_ki / turn) * (gains.position_kp + turn)
+    asked = inertia * turn**2
+    column = np.expm1(turn * delay_s) / delay_s * asked**2 / (asked + loop)
+    shared = np.real(np.conj(column) * -asked) * motion.gain(frequency) ** 2
+    return density * float(np.mean(shared)) * 0.5 * motion.rate_hz

@@ -10,7 +10,7 @@ import numpy as np
 from ...effects.along import Along
 from ...recording.runs import runs_of
 from ..diagnosis import FloatArray
-from .motion import Motion
+from .motion import Motion, settling
 
 _SHORTEST_S = 0.5  # of a run of samples that an offset is told from
 
@@ -26,11 +26,13 @@ def without_offsets(motion: Motion, along: Along) -> Motion:
     runs = runs_of(motion.usable)
     runs = runs[runs[:, 1] - runs[:, 0] >= _SHORTEST_S * motion.rate_hz]
     made = list[FloatArray]()
+    settle, index = settling(motion.rate_hz, motion.bandwidth_hz), np.arange(motion.time_s.size)
     for part in motion.parts:
-        own = runs[(runs[:, 0] >= part.start) & (runs[:, 0] < part.stop), 0].tolist()
-        for begin, end in pairwise([*own[1:], part.stop]):
-            made.append(np.zeros(motion.time_s.size))
-            made[-1][begin:end] = 1.0
+        own = runs[(runs[:, 0] >= part.start) & (runs[:, 0] < part.stop)].tolist()
+        for (_, last), (begin, _) in pairwise(own):
+            # The effort is a straight line across the gap: so is what is taken from it.
+            rise = np.interp(index, (last - 1 + settle, begin - settle), (0.0, 1.0))
+            made.append(np.where(index < part.stop, rise, 0.0))
     if not made:
         return motion
     steps = np.stack(made)

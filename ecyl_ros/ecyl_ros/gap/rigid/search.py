@@ -299,7 +299,7 @@ def _refined(
     parts: Sequence[slice] = (slice(None),),
 ) -> float:
     """The rate near `rate` that removes most; in each part in a phase of its own."""
-    for width in (1.0, 0.2):
+    for width in (1.0, 0.2, 0.04):
         around = rate + np.linspace(-width, width, 21) * spacing
         around = around[around > 0.0]
         rate = float(around[int(np.argmax(_power_in(values, along, around, weight, parts)))])

@@ -54,6 +54,9 @@ def standing(drawn: Drawn, faulty: Truth, effect: str, rows: FloatArray) -> floa
         share = [float(np.mean(way * speed[moving] > 0.0)) for way in (1.0, -1.0)]
         if min(share) < _BOTH_WAYS:
             return 0.0
+    height, middle, width = faulty.jam
+    if height and passes(position, middle, width) == 1:  # a moment as well as a place
+        return 0.0
     columns = {
         "one": np.ones_like(time),
         "sign": np.sign(motion[2]),
@@ -78,6 +81,12 @@ def standing(drawn: Drawn, faulty: Truth, effect: str, rows: FloatArray) -> floa
         seen = seen - basis.T @ np.linalg.lstsq(basis.T, seen, rcond=None)[0]
         best = max(best, float(np.sqrt(np.mean(seen**2))) / noise_in(drawn, band))
     return best
+
+
+def passes(position: FloatArray, middle: float, width: float) -> int:
+    """How often a course, float64[n], enters a part of the travel."""
+    inside = np.abs(position - middle) < 0.5 * width
+    return int(np.count_nonzero(np.diff(inside, prepend=False) & inside))
 
 
 def pulled(drawn: Drawn) -> float:
