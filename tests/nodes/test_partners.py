@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from builtin_interfaces.msg import Time
+from geometry_msgs.msg import Vector3Stamped
 from sensor_msgs.msg import JointState
 
 from ecyl_ros.drive.drive_file import resolve_drive
@@ -154,6 +155,48 @@ def test_a_reference_ahead_of_a_plant_that_waits_goes_back_to_it(listener: Liste
         return said[first : first + len(wanted)] == wanted
 
     assert listener.until(repeated)
+
+
+def test_what_a_reference_takes_back_leaves_what_it_said_before(listener: Listener) -> None:
+    """A setpoint changes samples from the fourth on before tick 8 is asked for: it is answered.
+
+    By hand: the third sample, said before, is the one that tick 8 begins at.
+    """
+    answered: list[int] = []
+    listener.create_subscription(
+        Vector3Stamped,
+        "/ecyl/control/voltage",
+        lambda message: answered.append(to_ns(message.header.stamp)),
+        wire.control(),
+    )
+    says = listener.create_publisher(JointState, "/ecyl/control/reference", wire.latched(100))
+    asks = listener.create_publisher(JointState, "/ecyl/control/measurement", wire.control())
+    node("controller", drive="servo_1khz")
+
+    def say(sample: int) -> None:
+        message = JointState(name=["rod"], position=[1e-6 * sample], velocity=[0.0])
+        message.header.stamp = wire.to_time(4_000_000 * sample)
+        says.publish(message)
+
+    def ask(tick: int) -> bool:
+        message = JointState(name=list(wire.MEASUREMENT_JOINTS))
+        message.position, message.velocity = [0.0] * 4, [0.0] * 4
+        message.effort = [0.0] * 4
+        message.header.stamp = wire.to_time(1_000_000 * tick)
+
+        def once_more() -> bool:
+            asks.publish(message)
+            return 1_000_000 * tick in answered
+
+        return listener.until(once_more, 20.0)
+
+    for sample in range(8):
+        say(sample)
+    assert all(ask(tick) for tick in range(8))
+    for sample in range(3, 10):
+        say(sample)
+    listener.until(lambda: False, 0.3)
+    assert ask(8) and ask(9)
 
 
 def test_a_second_plant_is_refused(listener: Listener, tmp_path: Path) -> None:

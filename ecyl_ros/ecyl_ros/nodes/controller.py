@@ -98,9 +98,11 @@ class Controller(DriveNode):
     def _on_reference(self, message: JointState) -> None:
         stamp_ns = wire.to_ns(message.header.stamp)
         if stamp_ns <= self._last_reference_ns:
-            # The reference began again, for a new run or as a new process: what it says now holds.
-            self._references.clear()
-            self._after_ns = None
+            # The reference took back what it had said from here on, or began again.
+            while self._references and self._references[-1][0] >= stamp_ns:
+                self._references.pop()
+            if self._after_ns is not None and self._after_ns >= stamp_ns:
+                self._after_ns = None
         self._last_reference_ns = stamp_ns
         velocity = message.velocity[0] if len(message.velocity) else float("nan")
         self._references.append((stamp_ns, message.position[0], velocity))

@@ -21,7 +21,7 @@ import rclpy
 from rclpy.executors import Executor, SingleThreadedExecutor
 from rclpy.task import Future
 
-AT_ONCE = 256  # messages of one subscription, before the others have their turn
+AT_ONCE = 16  # messages of one subscription, before the others have their turn
 LOOK_S = 0.02  # how often timers and services are looked at, at least
 EVENTS_S = 5.0  # how often quality-of-service events are, which nobody waits for
 EVENTS_BEFORE_S = 1.0  # the same until the first message has come: they tell why none does
