@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -136,6 +137,7 @@ def test_our_own_topics_are_recognised(tmp_path: Path) -> None:
             {"rod_position": "m", "effort": "N m"},
         ),
         ("t,a,b,c", {}),
+        ("t,theta,vbus_current,bus_voltage,iq", {"rotor_position": "rad", "current_q": "A"}),
     ],
 )
 def test_columns_are_recognised_by_their_names(
@@ -151,6 +153,20 @@ def test_columns_are_recognised_by_their_names(
     if "time_ms" in header:
         assert found is not None and found.time is not None
         assert (found.time.field, found.time.unit) == ("time_ms", "ms")
+
+
+def test_a_first_column_that_goes_up_evenly_is_of_instants(tmp_path: Path) -> None:
+    """Without names: its unit by its steps, and a map to write by hand is shown."""
+    rows = "".join(f"{2e-3 * i:.3f},{(i % 7) / 7:.4f}\n" for i in range(200))
+    (tmp_path / "a.csv").write_text(rows)
+    found = survey(tmp_path / "a.csv")
+    assert found.time is not None and (found.time.field, found.time.unit) == ("column_1", "s")
+    (said,) = propose(found).remarks
+    told = re.search(r"\{.*\}", said)
+    assert told is not None
+    (tmp_path / "m.yaml").write_text(told[0])
+    recording = read_mapped(tmp_path / "a.csv", load_map(tmp_path / "m.yaml"))
+    assert recording.rotor_position_rad[3] == 0.4286
 
 
 def test_a_rod_counted_the_other_way_is_seen(tmp_path: Path) -> None:

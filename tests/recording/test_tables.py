@@ -50,6 +50,27 @@ def test_the_same_table_in_many_spellings(tmp_path: Path, text: str) -> None:
     np.testing.assert_allclose(mapped(tmp_path / "a.csv"), [1e-3, 2.5e-3, -3e-3], rtol=1e-15)
 
 
+@pytest.mark.parametrize(
+    ("before", "header", "left_out"),
+    [
+        ("Machine: X\nOperator: Y, Z\n\n", "time,pos,note\n", "2 lines"),
+        ("Date,2024-01-01\n", "time,pos,note\ns,mm,\n", "1 line"),
+        ("Motor,Motor,Load\n", "time,pos,note\n", "1 line"),
+        ("# rig 7\n", "time,pos,note\n", ""),
+    ],
+)
+def test_what_a_logger_writes_above_a_table_is_left_out(
+    tmp_path: Path, before: str, header: str, left_out: str
+) -> None:
+    """The values are those of the table alone, and a note says how many lines went."""
+    rows = "".join(f"{0.001 * i:.3f},{i},\n" for i in range(20))
+    (tmp_path / "a.csv").write_text(before + header + rows)
+    recording = read_mapped(tmp_path / "a.csv", parse_map(POSITION, "m"))
+    np.testing.assert_allclose(recording.rod_position_m, 1e-3 * np.arange(20), rtol=1e-12)
+    told = [note for note in recording.notes if "before the table" in note]
+    assert bool(told) == bool(left_out) and all(left_out in note for note in told)
+
+
 def test_missing_values_and_rows_without_a_time(tmp_path: Path) -> None:
     """Empty cells and words for missing are NaN; a row without a time is left out and told."""
     (tmp_path / "a.csv").write_text("t,pos\n0,1\n1,\n2,NaN\n,7\n4,null\n5,2\n")

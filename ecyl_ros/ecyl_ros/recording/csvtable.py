@@ -23,6 +23,7 @@ _COMMA_NUMBER = re.compile(r"[+-]?\d*,\d+([eE][+-]?\d+)?$")
 _POINT_NUMBER = re.compile(r"[+-]?\d*\.\d+([eE][+-]?\d+)?$")
 _COMMENTS = ("#", "%", "//")
 _LOOKED_AT = 200  # lines, for the delimiter and the decimal sign
+_ENOUGH = 6  # lines that show which of them are rows
 _MISSING = ["", "nan", "NaN", "NAN", "NA", "N/A", "null", "None", "-", "--"]
 
 
@@ -34,8 +35,9 @@ class CsvTable:
     the decimal sign. Lines that begin with #, % or // are skipped; where the file has no other
     header, the last of them with as many words as there are columns is taken for it. Without a
     header the columns are called column_1, column_2, ... A line of units below the header is kept
-    apart. A delimiter at the end of each line is taken for no column. A cell such as "[0.1, 0.2]"
-    holds several columns, `name[0]`, `name[1]`. Dates by ISO 8601 become ns since 1970.
+    apart. Lines above the header that are no comments are left out, and a note says so. A delimiter
+    at the end of each line is taken for no column. A cell such as "[0.1, 0.2]" holds several
+    columns, `name[0]`, `name[1]`. Dates by ISO 8601 become ns since 1970.
 
     Args:
         path: the file.
@@ -99,6 +101,13 @@ class CsvTable:
             raise InputError(f"{self.path}: holds nothing but comments, expected rows of numbers")
         texts = [text for _, _, text in lines]
         self.delimiter = find_delimiter(texts)
+        before = self._before_the_table(texts)
+        if before:
+            self.notes += (
+                f"{self.path}: {before} {'line' if before == 1 else 'lines'} before the table left "
+                f"out ({texts[0][:40]})",
+            )
+            lines, texts = lines[before:], texts[before:]
         row = self._cells(texts[0])
         numbered = [cell for text in texts for cell in self._cells(text)]
         self._decimal = "."
@@ -138,6 +147,36 @@ class CsvTable:
             raise InputError(f"{self.path}: two columns are called {twice[0][:60]}")
         self._start = lines[begins][0] if begins < len(lines) else len(head)
         self._first_line = lines[begins][1] + 1 if begins < len(lines) else line_number + 1
+
+    def _before_the_table(self, texts: list[str]) -> int:
+        """How many lines that are no comments stand before the header.
+
+        The header is the line above the rows, as wide as they are; with a line of units it is the
+        one above that. May settle on the delimiter that the rows have.
+        """
+        rows = texts[len(texts) // 2 :][: -1 or None]
+        if len(texts) < _ENOUGH:
+            return 0
+        if len({len(self._cells(row)) for row in rows}) > 1 or len(self._cells(rows[0])) < 2:
+            self.delimiter = find_delimiter(rows)
+        width = len(self._cells(rows[0]))
+        first = len(texts) - 1  # of the rows
+        while first > 0 and self._is_row(texts[first - 1], width):
+            first -= 1
+        if first == 0 or first == len(texts) - 1:
+            return 0
+        header = first - 1
+        cells = self._cells(texts[header])
+        units = [dimension_of(cell.strip("[]() ")) is not None for cell in cells if cell]
+        if header > 0 and len(self._cells(texts[header - 1])) == width and all(units):
+            header -= 1
+        told = len(self._cells(texts[header])) == width
+        known = any(self._is_row(text, width) for text in texts[:header])
+        return header if told and not known else 0
+
+    def _is_row(self, text: str, width: int) -> bool:
+        cells = self._cells(text)
+        return len(cells) == width and any(map(self._is_value, filter(None, cells)))
 
     def _told(self, comments: list[str], columns: int) -> list[str]:
         """Names out of the comments before the first row; empty where none fits."""

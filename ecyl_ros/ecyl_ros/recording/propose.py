@@ -54,6 +54,8 @@ _QUANTITY = {
 _ROTOR = {"rotor", "motor", "mot", "servo", "encoder", "enc"}
 _ENCODERS = {"encoder", "enc"}
 _ROD = {"rod", "cylinder", "piston", "slider", "carriage", "stage", "linear", "ram", "axis"}
+_TURNS = {"angle", "theta", "phi", "omega", "rpm", "q", "dq", "qm", "qg"}
+_SUPPLY = {"bus", "vbus", "ibus", "dc", "vdc", "idc", "supply", "battery", "link", "mains"}
 _FORCE = {"force"}
 _NOT = {"error", "err", "covariance", "timestamp", "time", "stamp", "acceleration", "acc"}
 _MEASURED = {
@@ -147,8 +149,7 @@ def propose(survey: Survey) -> Proposal:
         targets[chosen[name].target] = name
     remarks += [doubt for name, own in doubts.items() if name not in chosen for doubt in own[:3]]
     if not chosen:
-        nothing = "no field has a name that says which signal it is"
-        return Proposal(None, tuple(remarks) if doubts else (nothing,))
+        return Proposal(None, tuple(remarks) if doubts else (_by_hand(survey, candidates),))
     remarks += _against(chosen, candidates)
     for name in MAPPED:
         if name in chosen:
@@ -164,6 +165,26 @@ def propose(survey: Survey) -> Proposal:
             remarks += survey.time_remarks
     ordered = tuple(chosen[name] for name in MAPPED if name in chosen)
     return Proposal(SignalMap(survey.path, ordered, time), tuple(remarks))
+
+
+def _by_hand(survey: Survey, candidates: list[_Candidate]) -> str:
+    """What to write where names say nothing; a field that moves stands for a position."""
+    text = "no field has a name that says which signal it is"
+    clock = survey.time
+    moves = [
+        one
+        for one in candidates
+        if one.field.equal < 1.0 and (clock is None or one.path != clock.field)
+    ]
+    if not moves:
+        return text
+    first = moves[0]
+    where = f"topic: {first.topic.name}, " if first.topic.name else ""
+    time = f"time: {{field: {clock.field}, unit: {clock.unit}}}, " if clock is not None else ""
+    return (
+        f"{text}. Write a map that does, as {{schema: ecyl.map/1, {time}signals: {{rotor_position: "
+        f"{{{where}field: {first.path}, unit: rad}}}}}}, and try it with --map"
+    )
 
 
 def _one_joint(candidates: list[_Candidate]) -> tuple[list[_Candidate], list[str]]:
@@ -320,7 +341,7 @@ def _signal(one: _Candidate) -> tuple[MappedSignal, float] | None:
         quantity = (
             "velocity" if dimension_of(plain(_told(one))) == "counts per second" else "position"
         )
-    if quantity is None:
+    if quantity is None or (words & _SUPPLY and quantity.startswith(("current", "voltage"))):
         return None
     score = 1.0 + 0.5 * bool(unit) + 0.5 * (one.field.equal < 1.0) + 0.2 * bool(one.joint)
     name: str
@@ -390,6 +411,8 @@ def _body(one: _Candidate, unit: str) -> str:
         return "rotor"
     if one.words & _ROD:
         return "rod"
+    if words_of(bare(one.field.path)) & _TURNS:
+        return "rotor"
     # A turn counter runs into many rad; a rod does not travel that far.
     far = max(abs(one.field.low), abs(one.field.high)) > 3.0
     return "rotor" if far else "rod"

@@ -21,6 +21,7 @@ from .wrap import find_clock_wrap
 
 _TIME_WORDS = {"time", "timestamp", "stamp", "stamps", "clock", "t", "date", "datetime", "utc"}
 _SHORTEST_S, _LONGEST_S = 5e-6, 0.5  # steps that drives are recorded at
+_RISES, _EVEN = 50, 0.1  # even steps by which a column is one of instants, and how even they are
 
 
 @dataclass(frozen=True)
@@ -109,6 +110,12 @@ def _like_one(
         ended = ending(name, ("time",))
         if ended or epoch_unit(own) or _unit_by_steps(own):
             return TimeColumn(name, ended)
+    # As logs have it the first column, where it goes up in even steps of parts of a second.
+    name, own = next(iter(values.items()), ("", np.zeros(0)))
+    steps = np.diff(own).astype(np.float64)
+    step = float(np.median(steps)) if steps.size >= _RISES else 0.0
+    if _SHORTEST_S <= step <= _LONGEST_S and np.abs(steps / step - 1.0).max() < _EVEN:
+        return TimeColumn(name)
     return None
 
 
