@@ -74,7 +74,7 @@ def pieces(
     for number, begin in enumerate(range(0, len(wanted) - 1, size)):
         count = min(size, len(wanted) - 1 - begin)
         faulty = acting[0] <= begin / rate < acting[1]
-        # Noise is drawn by the tick, and ticks are counted anew in every piece.
+        # Noise is drawn by the tick, and ticks are counted again in every piece.
         sensors = dataclasses.replace(drive.sensors, noise_seed=number + 1)
         now = dataclasses.replace(drive, sensors=sensors, effects=effects if faulty else {})
         samples = np.zeros((count, engine.COLUMNS))

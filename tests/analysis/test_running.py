@@ -48,7 +48,7 @@ def test_bad_samples_are_dropped_and_counted():
 
 
 def test_a_restarted_clock_empties_the_window():
-    """A jump back by more than the window starts anew instead of dropping all that follows."""
+    """A jump back by more than the window restarts instead of dropping all that follows."""
     running = RunningTracking(1.0)
     running.update(5_000_000_000, 1.0, 0.0)
     running.update(0, 2.0, 0.0)

@@ -85,7 +85,7 @@ def test_a_periodic_table_goes_round():
 
 def test_heat_and_travel_are_what_they_are_called():
     """A voltage in proportion to heat is the current squared behind a low-pass; travel begins
-    anew at each reversal."""
+    again at each reversal."""
     law = Law("inverter_voltage", ("heat",), ((0.0, 1e-12),), (0.0, 0.0), (), 0.1)
     drive = dataclasses.replace(DRIVE, learned=law)
     from ecyl_ros.drive.packed import pack

@@ -238,7 +238,7 @@ def test_the_level_is_published_twice_a_second(bench: Bench) -> None:
 
 
 def test_a_drive_that_begins_anew_is_taken_up(bench: Bench) -> None:
-    """Stamps go back to 0: the twin begins anew from the start, and no sample of it is missed."""
+    """Stamps go back to 0: the twin restarts from the start, and no sample of it is missed."""
     run = recorded(load_drive("bench"), 3.0)
     bench.send(run)
     assert bench.until(lambda: len(bench.residuals) == len(run))
@@ -286,7 +286,7 @@ def test_without_a_reference_it_says_what_it_needs(bench: Bench) -> None:
 
 
 def test_a_gap_in_the_stamps_begins_the_twin_anew(bench: Bench) -> None:
-    """Half a second is missing: the twin begins anew in motion, settles, and finds no gap."""
+    """Half a second is missing: the twin restarts in motion, settles, and finds no gap."""
     run = recorded(load_drive("bench"), 5.0)
     bench.send(run.slice(0.0, 1.3))
     bench.send(run.slice(1.8))

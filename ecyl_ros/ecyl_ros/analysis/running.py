@@ -50,7 +50,7 @@ class RunningTracking:
 
     Attributes:
         dropped: samples refused: not finite, or with a stamp that does not increase.
-        restarts: times the clock jumped back by more than the window (a simulation started anew);
+        restarts: times the clock jumped back by more than the window (a simulation restarted);
             the window was emptied.
     """
 

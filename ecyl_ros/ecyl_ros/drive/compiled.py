@@ -6,7 +6,7 @@ side by side.
 
 Compiled code is cached on disk. Numba looks only at the file a function stands in, not at those
 of the functions it calls; the cache folder is therefore named after a digest of all files that
-hold kernels, and a change in any of them, or one more effect, compiles anew.
+hold kernels, and a change in any of them, or one more effect, compiles again.
 """
 
 from __future__ import annotations

@@ -116,7 +116,7 @@ def _pruned(field: Candidates, winner: Fit, pool: Sequence[Fit]) -> tuple[Fit, d
 def leave_one_out(
     fitter: Fitter, winner: Fit, nominal: Fit, refit: Callable[[Fit], Fit]
 ) -> dict[str, Fit]:
-    """For each effect of `winner`, the fit without it: its others fitted anew, or `nominal`.
+    """For each effect of `winner`, the fit without it: its others fitted again, or `nominal`.
 
     refit: fits from a start with the others at the winner's values.
     """

@@ -119,7 +119,7 @@ def without_stand_ins(
 def without_effects(
     competition: Competition, fitter: Fitter, effects: Collection[str]
 ) -> Competition:
-    """The competition with `effects` taken out of its winner, the others fitted anew."""
+    """The competition with `effects` taken out of its winner, the others fitted again."""
     winner = competition.winner
     best = competition.sheet
     if set(winner.names) - set(effects):

@@ -101,7 +101,7 @@ class Fitter:
         return math.sqrt(max(cost(self.replay.healthy, self.replay.usable), 0.85))
 
     def test_floor(self, fit: Fit) -> None:
-        """Find the floor anew where a fit leaves far less than it: noise is not in the loop then.
+        """Find the floor again where a fit leaves far less than it: noise is not in the loop then.
 
         How much of the sensors' noise goes round the loop is told by the command; where that was
         not recorded, all of it is reckoned with until a recording says otherwise.

@@ -91,7 +91,7 @@ def descend(
         slopes: float64[k, m], derivatives of the residual; overwritten where `wanted`.
         wanted: coordinates whose derivatives are to be worked out; the others' are kept.
         lasting: those of `wanted` that the residual depends on nearly linearly: their derivatives
-            are worked out anew only after a step that did not keep its promise.
+            are worked out again only after a step that did not keep its promise.
         differences: how.
         most: steps at the most.
         least: fall of the objective below which it has ended.

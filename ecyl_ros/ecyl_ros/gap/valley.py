@@ -111,7 +111,7 @@ def _blended(fitter: Fitter, start: Fit, name: str) -> Fit:
     """The better end of what runs from one form of an effect (0) to another (1).
 
     Size and other shapes that suit one form lead away from the other, so that no small step in
-    between is better: they are fitted anew at either end.
+    between is better: they are fitted again at either end.
     """
     best = start
     for blend in (one for one in _shapes(name) if one.unit == "1" and one.high == 1.0):

@@ -136,7 +136,7 @@ class Controller(DriveNode):
         if self._measurements and stamp_ns <= self._measurements[-1][0]:
             if stamp_ns == self._measurements[-1][0]:
                 return  # said again while it waits here
-            self._measurements.clear()  # the plant began anew
+            self._measurements.clear()  # the plant restarted
         self._measurements.append((stamp_ns, numbers))
         self._answer()
 
@@ -151,7 +151,7 @@ class Controller(DriveNode):
             self._publish(stamp_ns)
             return True
         if stamp_ns < self._answered_ns:
-            self.get_logger().info("the plant began anew: integrals reset")
+            self.get_logger().info("the plant restarted: integrals reset")
             self._state = initial_cascade_state(self._params)
             self._before_ns = None
         elif self.realtime and stamp_ns - self._answered_ns > self._watchdog_ns:

@@ -136,7 +136,7 @@ class GapMonitor(DriveNode):
         if self._monitor.beginnings > self._beginnings:
             self._beginnings = self._monitor.beginnings
             why = self._monitor.why
-            self.get_logger().info(f"the twin begins anew: {why}" if why else "the twin begins")
+            self.get_logger().info(f"the twin restarts: {why}" if why else "the twin begins")
         for key, (stamps, left) in found.items():
             if self._residuals[key].get_subscription_count():
                 self._publish_residuals(key, stamps, left)
@@ -278,7 +278,7 @@ class GapMonitor(DriveNode):
     # --- the model -----------------------------------------------------------------------------
 
     def on_drive_changed(self, drive: DriveParameters) -> None:
-        """Begin anew with a changed model."""
+        """Restart with a changed model."""
         check_stability(drive, "node gap_monitor")
         if drive.controller.rate != self.drive.controller.rate:
             raise InputError("controller.rate is read at start only")

@@ -48,7 +48,7 @@ from .realtime import TickTiming, run_as_others, run_first, watchdog_ns, with_tr
 from .run_node import run_node
 
 START_DELAY_S = 0.5  # real time: from announcing the epoch to the first tick
-# Real time: one loss of voltage may be a controller started anew, a second one the same mishap;
+# Real time: one loss of voltage may be a controller restarted, a second one the same mishap;
 # a third one soon after says that the machine does not hold the rate.
 LOSSES = 3
 LOSSES_S = 10.0
@@ -220,7 +220,7 @@ class Plant(DriveNode):
         return missing or "a command on " + self.resolve_topic_name(wire.CONTROL_VOLTAGE)
 
     def while_waiting(self) -> None:
-        """Say the tick again: controller or reference may have started anew."""
+        """Say the tick again: controller or reference may have restarted."""
         if self._epoch_ns is not None and not self.realtime:
             self._waiting.publish(wire.to_time(self._stamp_ns))
             self._publish_control()

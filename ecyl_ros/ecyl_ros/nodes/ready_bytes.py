@@ -3,7 +3,7 @@
 To turn a message with joint names into bytes and back costs rclpy more than to send it, at every
 tick, twice. rclpy publishes bytes as they are and hands bytes over to subscriptions made with
 `raw=True`; on the wire they are ordinary messages. Nothing is taken for granted of what comes in:
-as soon as a byte differs that is neither stamp nor number, the message is walked anew.
+as soon as a byte differs that is neither stamp nor number, the message is walked again.
 """
 
 from __future__ import annotations

@@ -30,7 +30,7 @@ from .ready_bytes import Outgoing
 from .realtime import run_as_others, run_first
 from .run_node import run_node
 
-# Samples ahead of the plant. What a live setpoint changes is said anew from the next sample on, so
+# Samples ahead of the plant. What a live setpoint changes is said again from the next sample on, so
 # that it acts at once; this many samples bridge a moment in which the machine is busy.
 SETPOINT_LOOKAHEAD = 16
 GENERATED_LOOKAHEAD = 128
@@ -124,7 +124,7 @@ class ReferenceGenerator(DriveNode):
     def _on_epoch(self, message: Time) -> None:
         """A run begins, or goes on if this node joins it late."""
         if self._epoch_ns is not None:
-            self.get_logger().info("the plant began anew: the reference starts over")
+            self.get_logger().info("the plant restarted: the reference starts over")
             self._reference = self._make()
         self._epoch_ns = wire.to_ns(message)
         if self._realtime and self._follower:

@@ -27,7 +27,7 @@ DEFAULT_RATE = 1000.0  # Hz, where no drive is asked about
 SECONDS = 1.5  # of measuring: 1500 trips at 1 kHz, fifteen of them beyond the 99th percentile
 FASTEST = 2000.0  # Hz: nothing is gained by asking again before the answer is there
 LEAST = 200  # trips
-LOST_S = 0.5  # a trip that takes longer is begun anew
+LOST_S = 0.5  # a trip that takes longer is restarted
 PATIENCE_S = 30.0  # for both processes to start and find each other
 # Of a tick, what 99 of 100 round trips may take: the rest is for computing, for the other nodes
 # and for the rarer trips that take longer.

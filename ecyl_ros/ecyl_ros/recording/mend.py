@@ -1,4 +1,4 @@
-"""A recording whose writer was killed, written anew as a closed file with an index."""
+"""A recording whose writer was killed, rewritten as a closed file with an index."""
 
 from __future__ import annotations
 

@@ -30,7 +30,7 @@ class SampleSequencer:
         incomplete: samples released without all their topics.
         late: messages that came after their sample had been released, or a later one. They are
             passed on at once, out of order, unless their own topic has gone on: within a topic
-            stamps increase, which is what readers rely on. A drive that begins anew in lockstep,
+            stamps increase, which is what readers rely on. A drive that restarts in lockstep,
             from stamp 0, is for another recording.
         duplicates: second messages of one topic with the same stamp; the first is kept. A
             controller that was killed and started again answers the last measurement once more.

@@ -88,7 +88,7 @@ class Monitor:
         self.streams.put(key, stamp_ns, values, now_s)
 
     def change(self, drive: DriveParameters) -> None:
-        """Begin anew with another model."""
+        """Restart with another model."""
         self._model(drive)
         self._end("the model was changed")
 
@@ -112,7 +112,7 @@ class Monitor:
         """
         if self._run != self.streams.run:
             self._run = self.streams.run
-            self._end(f"{self.streams.reason}: the drive began anew")
+            self._end(f"{self.streams.reason}: the drive restarted")
         if self._twin is None and not self._begin(now_s):
             self._forget()
             return {}
@@ -203,7 +203,7 @@ class Monitor:
         return int(rows[0]) if rows.size else None
 
     def _skip(self, before: int, after: int) -> None:
-        """Begin anew behind a gap in the reference."""
+        """Restart behind a gap in the reference."""
         self._end(f"no reference for {(after - before) / 1e9:.3g} s")
         for stream in self.streams.by_key.values():
             stream.drop(int(np.searchsorted(stream.stamp_ns, after)))

@@ -13,7 +13,7 @@ from ...effects.catalogue import RIGID
 from ...effects.term import Term
 from .balance import Solution
 
-# Keys whose constants are written in their own place; another gain would count all others anew.
+# Keys whose constants are written in their own place; another gain would count all others again.
 WRITTEN = (
     "load.mass",
     "load.inertia",

@@ -31,7 +31,7 @@ from .offsets import without_offsets
 from .rest import moving
 from .terms import Catalogue
 
-_FINER = 0.8  # a floor below this share of the last one has the effects compete anew
+_FINER = 0.8  # a floor below this share of the last one has the effects compete again
 _REFUTED = 0.5  # of the floor: what leaves less on unseen rows shows that it is no floor
 _ROUNDS = 3  # of competitions, each with the floor and the lag that the last one found
 _SIMPLER = 2  # times that a set may be made simpler

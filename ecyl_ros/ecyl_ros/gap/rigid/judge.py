@@ -90,7 +90,7 @@ class Judgement:
         judged = balance.judged if balance.judged.any() else balance.usable
         self.judged = moving(judged, self.motion, catalogue.along)
         self.spread = float(np.std(balance.effort[self.judged])) or 1.0
-        # Gap figures are those of fits that saw a part; values are fitted anew to all of it.
+        # Gap figures are those of fits that saw a part; values are fitted again to all of it.
         self.whole = null.fit(contest.order, balance.usable)
         self.spans = balance.intervals(self.whole, balance.usable)
         self._void = self._voids()

@@ -17,7 +17,7 @@ from ..diagnosis import BoolArray, FloatArray
 from .balance import Solution, beside
 from .motion import Motion
 
-MOVED = 0.25  # samples: a lag found to be off by more has effects compete anew
+MOVED = 0.25  # samples: a lag found to be off by more has effects compete again
 _FINE = 4  # steps per sample of a search
 _BEYOND = 3.0  # samples searched, so that a lag of more than sampling's is seen to be that
 _LONGEST_S = 0.1  # delay searched

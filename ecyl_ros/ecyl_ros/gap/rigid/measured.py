@@ -14,6 +14,8 @@ from ..diagnosis import Measured
 from .balance import Balance, Solution
 from .motion import Motion
 
+_OF_A_MOMENT = ("friction_drift", "local_jam")  # levels of a time or a place, not of the machine
+
 
 def measured(
     balance: Balance, along: Along, closest: Solution, left: Solution
@@ -74,7 +76,7 @@ def _total(term: Term, span: Interval, along: Along, keys: set[str]) -> Measured
             "friction level backwards, constant load included",
         ),
     }
-    if span.name in totals and term.effect != "friction_drift":
+    if span.name in totals and term.effect not in _OF_A_MOMENT:
         base, meaning = totals[span.name]
         value, low, high = (one + base for one in span[2:])
         return Measured(span.name, span.unit, value, low, high, meaning, base or None)

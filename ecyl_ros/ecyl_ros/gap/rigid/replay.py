@@ -27,7 +27,7 @@ from .judge import Judgement, Ruling
 from .noise import effort_noise
 
 _SHORTEST_S = 0.1  # of a piece that runs through
-_FEWEST = 16  # samples of a piece that is begun anew, at the least
+_FEWEST = 16  # samples of a piece that is restarted, at the least
 _PHASE = 0.125  # of the shortest period over the position: drift up to here leaves it in step
 _AWAY = 1e3  # times the travel or the largest speed: what is beyond has run away
 

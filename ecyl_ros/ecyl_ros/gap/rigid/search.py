@@ -65,7 +65,7 @@ def _nearest(balance: Balance, along: Along, term: Term, over_time: bool) -> flo
     at = motion.time_s[rows] if over_time else turn.angle[rows]
     best = term.rate * rate if over_time else math.tau * term.rate / rate
     wave, reach = np.exp(1j * term.phase[rows]), 0.3
-    parts = _parts(balance, balance.fitted)  # a sine of time begins anew in each recording
+    parts = _parts(balance, balance.fitted)  # a sine of time restarts in each recording
 
     def alike(rate: float) -> float:
         turn = np.exp(1j * rate * at)
@@ -101,7 +101,7 @@ def _power(
     both = float(squares.sum())
     aim = values * weight
     for index in range(rates.size):
-        # Turned on from rate to rate; begun anew now and then, so that rounding does not add up.
+        # Turned on from rate to rate; restarted now and then, so that rounding does not add up.
         if index % 256 == 0:
             wave = np.exp(1j * rates[index] * along)
         product = aim @ wave

@@ -2,7 +2,7 @@
 
 One set of causes with one value each and one sheet compete for all recordings at once. What one
 recording alone shows is told by a fit of the same set to it; where a value differs by more than its
-intervals, and another size in each recording earns its place, the effects compete anew with such
+intervals, and another size in each recording earns its place, the effects compete again with such
 sizes. Last, everything is done once more without the last recording, which then says what the
 others' causes are worth.
 """

@@ -1,7 +1,7 @@
 """Several recordings of one full cylinder as one replay: each from its own start, in its own noise.
 
 The recordings stand behind one another on one axis of time; each is replayed by itself, so that
-state and time begin anew with each. A cause has one value in all of them, but for the phase of what
+state and time restart with each. A cause has one value in all of them, but for the phase of what
 swings with time, which no clock ties to the recordings, and for what `own` gives another size in
 each.
 """

@@ -3,7 +3,7 @@
 One set of causes with one value each and one sheet compete for all recordings at once; noise and
 the phases of what swings with time are each recording's own. What one recording alone shows is told
 by a fit of the same set to it; where a value differs by more than its intervals, the effects
-compete anew, with a value of that one for each recording. Last, everything is done once more
+compete again, with a value of that one for each recording. Last, everything is done once more
 without the last recording, which then says what the others' causes are worth.
 """
 

@@ -41,7 +41,7 @@ def diagnose_together(
     """Diagnose the gap between several recordings of one machine and the nominal model.
 
     Args:
-        recordings: two or more, of the real drive; each begins anew, with a noise of its own.
+        recordings: two or more, of the real drive; each with its own start and noise.
         drive: the nominal model, as far as it is known.
         without: effects that the diagnosis must do without.
         mode: judge only the samples whose recorded mode has this value.

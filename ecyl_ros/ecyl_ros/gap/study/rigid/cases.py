@@ -126,11 +126,11 @@ def play(case: Case) -> tuple[Played, ...]:
         return (_moved(effect, drawn, faulty),)
     found = []
     for number in range(count):
-        anew = moved_anew(drawn, case.seed, number, float(seconds))
+        again = moved_anew(drawn, case.seed, number, float(seconds))
         swing, rate, _ = faulty.truth.sine  # begins wherever it happens to be
         phase = math.tau * np.random.default_rng([case.seed, 9, number]).random()
         truth = faulty.truth._replace(sine=(swing, rate, phase))
-        found.append(_moved(effect, anew, faulty._replace(truth=truth)))
+        found.append(_moved(effect, again, faulty._replace(truth=truth)))
     return tuple(found)
 
 

@@ -139,7 +139,7 @@ class Timer(Ready):
         self._reschedule()
 
     def reset(self) -> None:
-        """Start anew: the next call is a period from now."""
+        """Start again: the next call is a period from now."""
         self._alive()
         self._next = self._clock._now() + self._period
         self._canceled = False
