@@ -106,11 +106,11 @@ class Null:
         return tuple(name for name, saved in found.items() if saved >= least)
 
     def nominal(self, rows: BoolArray | None = None) -> Solution:
-        """The file's values as they stand, in step with the effort."""
+        """The file's values as they stand, in step with the effort as far as sampling goes."""
         self.fits += 1
         every = [*self.unknown, *(one.term for one in self._lag)]
         prior = [0.0] * len(self.unknown) + [2.0 / one.width for one in self._lag]
-        return self.balance.fit(every, rows, prior=np.array(prior))
+        return self.balance.sound(self.balance.fit(every, rows, prior=np.array(prior)))
 
     @property
     def _lag(self) -> list[Uncertain]:
