@@ -81,7 +81,10 @@ def _limit(judgement: Judgement, current: Solution, term: Term) -> Limit | None:
     worst, way = 0.0, ways[0]
     for one in ways:
         response = wanted @ np.array(one)
-        smallest = _smallest(judgement, current, response, (fitted, judged))
+        # Of what no model explains an interval holds a part, and so has to be exceeded, too.
+        power = float(np.mean(response[balance.usable] ** 2))
+        unmodelled = balance.unmodelled(wave=term.rate != 0.0) / math.sqrt(max(power, 1e-300))
+        smallest = unmodelled + _smallest(judgement, current, response, (fitted, judged))
         if smallest > worst:
             worst, way = smallest, one
     own = next((one for one in judgement.null.uncertain if one.term.effect == term.effect), None)

@@ -341,19 +341,22 @@ class Balance:
             made = made - float(weights.sum()) * (inverse @ shared)
         return made
 
+    def unmodelled(self, *, wave: bool) -> float:
+        """RMS of what no model explains, along one effect; wave: whether that is a sine."""
+        share = UNMODELLED * (_ALONG_A_WAVE if wave else 1.0)
+        return share * float(np.std(self.effort[self.usable]))
+
     def _modelled(self, solution: Solution, rows: BoolArray) -> FloatArray:
         """How far coefficients may be off by what no model explains, float64[k]."""
         columns, weights = self.columns(solution.terms)[rows], solution.weights[rows]
         inverse = self._inverse(solution, columns, weights)
         told = inverse @ ((columns * weights[:, None]).T @ columns) @ inverse
-        size = UNMODELLED * float(np.std(self.effort[rows]))
-        along = [
-            _ALONG_A_WAVE if one.rate else 1.0
+        size = [
+            self.unmodelled(wave=one.rate != 0.0)
             for one in solution.terms
             for _ in range(one.columns.shape[0])
         ]
         made: FloatArray = size * np.sqrt(np.maximum(np.diag(told), 0.0) * weights.sum())
-        made *= along
         return made
 
     def intervals(self, solution: Solution, rows: BoolArray) -> dict[str, list[Interval]]:
