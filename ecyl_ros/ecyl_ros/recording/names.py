@@ -36,6 +36,53 @@ TIMED = {
     *("datetime", "utc", "index", "sample"),
 }
 
+# Words in names -> what they speak of. Whole words: `pos`, not `composite`.
+QUANTITY = {
+    "position": "position",
+    "positions": "position",
+    "pos": "position",
+    "angle": "position",
+    "theta": "position",
+    "displacement": "position",
+    "stroke": "position",
+    "q": "position",
+    "qm": "position",
+    "qg": "position",
+    "x": "position",
+    "velocity": "velocity",
+    "velocities": "velocity",
+    "vel": "velocity",
+    "speed": "velocity",
+    "omega": "velocity",
+    "rpm": "velocity",
+    "dq": "velocity",
+    "effort": "effort",
+    "efforts": "effort",
+    "torque": "effort",
+    "torques": "effort",
+    "trq": "effort",
+    "tau": "effort",
+    "force": "effort",
+    "current": "current_q",
+    "iq": "current_q",
+    "id": "current_d",
+    "voltage": "voltage_q",
+    "uq": "voltage_q",
+    "vq": "voltage_q",
+    "ud": "voltage_d",
+    "vd": "voltage_d",
+}
+# Words of bodies, of what goes round, of what a supply gives, and of numbers in counts.
+ROTOR = {"rotor", "motor", "mot", "servo", "encoder", "enc"}
+ENCODERS = {"encoder", "enc"}
+ROD = {"rod", "cylinder", "piston", "slider", "carriage", "stage", "linear", "ram", "axis"}
+TURNS = {"angle", "theta", "phi", "omega", "rpm", "q", "dq", "qm", "qg"}
+SUPPLY = {"bus", "vbus", "ibus", "dc", "vdc", "idc", "supply", "battery", "link", "mains"}
+FORCE = {"force"}
+# Words of what stands beside a signal and is none.
+NO_SIGNAL = {"error", "err", "covariance", "timestamp", "time", "stamp", "acceleration", "acc"}
+COUNTED = {"counts", "count", "ticks", "increments", "raw", "pulses"}
+
 
 def words(name: str) -> set[str]:
     """The words of a name, in lower case: `motorTorque_Nm` has motor, torque and nm."""

@@ -10,54 +10,23 @@ from dataclasses import dataclass
 from .headers import bare, ending, told, unit_of
 from .map import MAPPED, MappedSignal, SignalMap
 from .mapped import contract_map
-from .names import ASKED, INJECTED
+from .names import (
+    ASKED,
+    COUNTED,
+    ENCODERS,
+    FORCE,
+    INJECTED,
+    NO_SIGNAL,
+    QUANTITY,
+    ROD,
+    ROTOR,
+    SUPPLY,
+    TURNS,
+)
 from .names import words as words_of
 from .survey import FieldSurvey, Survey, TopicSurvey
 from .units import UNITS, dimension_of, plain, unknown_unit
 
-# Words in names -> what they speak of. Whole words: `pos`, not `composite`.
-_QUANTITY = {
-    "position": "position",
-    "positions": "position",
-    "pos": "position",
-    "angle": "position",
-    "theta": "position",
-    "displacement": "position",
-    "stroke": "position",
-    "q": "position",
-    "qm": "position",
-    "qg": "position",
-    "x": "position",
-    "velocity": "velocity",
-    "velocities": "velocity",
-    "vel": "velocity",
-    "speed": "velocity",
-    "omega": "velocity",
-    "rpm": "velocity",
-    "dq": "velocity",
-    "effort": "effort",
-    "efforts": "effort",
-    "torque": "effort",
-    "torques": "effort",
-    "trq": "effort",
-    "tau": "effort",
-    "force": "effort",
-    "current": "current_q",
-    "iq": "current_q",
-    "id": "current_d",
-    "voltage": "voltage_q",
-    "uq": "voltage_q",
-    "vq": "voltage_q",
-    "ud": "voltage_d",
-    "vd": "voltage_d",
-}
-_ROTOR = {"rotor", "motor", "mot", "servo", "encoder", "enc"}
-_ENCODERS = {"encoder", "enc"}
-_ROD = {"rod", "cylinder", "piston", "slider", "carriage", "stage", "linear", "ram", "axis"}
-_TURNS = {"angle", "theta", "phi", "omega", "rpm", "q", "dq", "qm", "qg"}
-_SUPPLY = {"bus", "vbus", "ibus", "dc", "vdc", "idc", "supply", "battery", "link", "mains"}
-_FORCE = {"force"}
-_NOT = {"error", "err", "covariance", "timestamp", "time", "stamp", "acceleration", "acc"}
 _MEASURED = {
     "length": "position",
     "angle": "position",
@@ -79,7 +48,6 @@ _DIMENSIONS = {
 }
 _LONGEST_ROD_M = 20.0
 _UNITS = tuple(one for one in UNITS if one not in ("time", "number", "counts", "counts per second"))
-_COUNTED = {"counts", "count", "ticks", "increments", "raw", "pulses"}
 _MANY = 200.0  # of whole numbers without a unit: no drive turns or travels that many rad or m
 _ENCODER_BITS = range(10, 25)
 
@@ -191,10 +159,10 @@ def _one_joint(candidates: list[_Candidate]) -> tuple[list[_Candidate], list[str
     """Of several joints the one that moves most: a drive is diagnosed by itself."""
     moved: dict[str, float] = {}
     for one in candidates:
-        if one.place and one.words & _QUANTITY.keys():
+        if one.place and one.words & QUANTITY.keys():
             moved[one.place] = moved.get(one.place, 0.0) + one.field.std
     # A rotor and a rod are two joints of one drive.
-    if len(moved) < 2 or any(words_of(place) & (_ROTOR | _ROD) for place in moved):
+    if len(moved) < 2 or any(words_of(place) & (ROTOR | ROD) for place in moved):
         return candidates, []
     best = max(moved, key=lambda place: moved[place])
     remark = f"joint {best} moves most of {', '.join(sorted(moved)[:12])}: the others are left out"
@@ -308,7 +276,7 @@ def _quantity(one: _Candidate) -> str | None:
     """What a name speaks of; None where it says nothing of the kind."""
     # What stands last says most: `motor_position`, `reference.positions`, `/joint/torque` `data`.
     said = [*_ordered(one.field.path), *_ordered(one.topic.name)]
-    return next((_QUANTITY[word] for word in said if word in _QUANTITY), None)
+    return next((QUANTITY[word] for word in said if word in QUANTITY), None)
 
 
 def _counted(one: _Candidate) -> bool:
@@ -316,7 +284,7 @@ def _counted(one: _Candidate) -> bool:
     unit = plain(_told(one)) if _told(one) else ending(one.field.path)
     if dimension_of(unit) is not None:
         return (dimension_of(unit) or "").startswith("counts")
-    if one.words & _COUNTED:
+    if one.words & COUNTED:
         return True
     far = max(abs(one.field.low), abs(one.field.high)) >= _MANY
     return one.field.whole and far and not _in_si(one.topic.type)
@@ -324,7 +292,7 @@ def _counted(one: _Candidate) -> bool:
 
 def _signal(one: _Candidate) -> tuple[MappedSignal, float] | None:
     words = one.words
-    if words & _NOT:
+    if words & NO_SIGNAL:
         return None
     asked = bool(words & ASKED)
     if one.field.equal == 1.0 and not asked:  # never changes: not connected
@@ -337,11 +305,11 @@ def _signal(one: _Candidate) -> tuple[MappedSignal, float] | None:
         quantity = "injected_torque" if torque else "injected_force"
     if quantity is None and unit:
         quantity = _MEASURED.get(dimension_of(unit) or "")
-    if quantity is None and words & _ENCODERS:
+    if quantity is None and words & ENCODERS:
         quantity = (
             "velocity" if dimension_of(plain(_told(one))) == "counts per second" else "position"
         )
-    if quantity is None or (words & _SUPPLY and quantity.startswith(("current", "voltage"))):
+    if quantity is None or (words & SUPPLY and quantity.startswith(("current", "voltage"))):
         return None
     score = 1.0 + 0.5 * bool(unit) + 0.5 * (one.field.equal < 1.0) + 0.2 * bool(one.joint)
     name: str
@@ -351,7 +319,7 @@ def _signal(one: _Candidate) -> tuple[MappedSignal, float] | None:
             score += 0.5 * bool(own & ASKED)
         else:
             name = f"{_body(one, unit)}_{quantity}"
-            score += 0.3 * bool(words & (_ROTOR | _ROD))
+            score += 0.3 * bool(words & (ROTOR | ROD))
     else:
         name = quantity
         # What the drive measured of its effort says more than what it was told.
@@ -383,7 +351,7 @@ def _counts(one: _Candidate, signal: MappedSignal) -> tuple[str, MappedSignal]:
     unit = "counts" if signal.dimension in ("length", "angle") else "counts/s"
     wrap = one.field.wrap
     bits = None if wrap is None or wrap.wrap.signed else math.log2(wrap.wrap.period)
-    turning = "rotor_position" in (signal.name,) or one.words & _ROTOR
+    turning = "rotor_position" in (signal.name,) or one.words & ROTOR
     if wrap is not None and bits in _ENCODER_BITS and bits != 16 and turning and unit == "counts":
         turn = round(wrap.wrap.period)
         target = MAPPED[signal.name]["angle"]
@@ -407,11 +375,11 @@ def _body(one: _Candidate, unit: str) -> str:
     dimension = dimension_of(unit) if unit else None
     if dimension in ("length", "speed"):
         return "rod"
-    if dimension in ("angle", "angular speed") or one.words & _ROTOR:
+    if dimension in ("angle", "angular speed") or one.words & ROTOR:
         return "rotor"
-    if one.words & _ROD:
+    if one.words & ROD:
         return "rod"
-    if words_of(bare(one.field.path)) & _TURNS:
+    if words_of(bare(one.field.path)) & TURNS:
         return "rotor"
     # A turn counter runs into many rad; a rod does not travel that far.
     far = max(abs(one.field.low), abs(one.field.high)) > 3.0
@@ -420,7 +388,7 @@ def _body(one: _Candidate, unit: str) -> str:
 
 def _usual_unit(name: str, one: _Candidate) -> str:
     if name == "effort":
-        return "N" if one.words & _FORCE else "N m"
+        return "N" if one.words & FORCE else "N m"
     return next(iter(UNITS[next(iter(MAPPED[name]))]))
 
 
@@ -446,7 +414,7 @@ def _remarks(signal: MappedSignal, candidates: list[_Candidate]) -> list[str]:
         if signal.unit == "m" and max(abs(low), abs(high)) > _LONGEST_ROD_M:
             said += " (mm?)"
         out.append(said)
-    plain_motion = not own.words & (_ROTOR | _ROD) and not _unit(own)
+    plain_motion = not own.words & (ROTOR | ROD) and not _unit(own)
     if signal.name.startswith(("rod_", "rotor_")) and plain_motion:
         other = signal.name.replace("rod_", "rotor_")
         if other == signal.name:

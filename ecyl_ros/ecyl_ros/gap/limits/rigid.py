@@ -16,8 +16,9 @@ import numpy as np
 
 from ...effects.catalogue import RIGID
 from ...effects.term import Term
-from ..rigid.balance import Balance, Solution
+from ..rigid.balance import Balance
 from ..rigid.sets import HELD_SURE, LEAST_GAIN, SURE, Sets
+from ..rigid.solution import Solution
 from ..strain import STRAINED
 from ..verdict import NO_GAP_RATIO
 from .limit import Limit
@@ -81,10 +82,8 @@ def _limit(judgement: Judgement, current: Solution, term: Term) -> Limit | None:
     worst, way = 0.0, ways[0]
     for one in ways:
         response = wanted @ np.array(one)
-        # Of what no model explains an interval holds a part, and so has to be exceeded, too.
-        power = float(np.mean(response[balance.usable] ** 2))
-        unmodelled = balance.unmodelled(wave=term.rate != 0.0) / math.sqrt(max(power, 1e-300))
-        smallest = unmodelled + _smallest(judgement, current, response, (fitted, judged))
+        unmodelled = balance.unmodelled(wave=term.rate != 0.0)
+        smallest = _smallest(judgement, current, response, (fitted, judged), unmodelled)
         if smallest > worst:
             worst, way = smallest, one
     own = next((one for one in judgement.null.uncertain if one.term.effect == term.effect), None)
@@ -101,8 +100,12 @@ def _smallest(
     current: Solution,
     response: FloatArray,
     rows: tuple[BoolArray, BoolArray],
+    unmodelled: float,
 ) -> float:
-    """Multiple of a response, float64[m], that is seen with 95 %; inf where none is."""
+    """Multiple of a response, float64[m], that is seen with 95 %; inf where none is.
+
+    unmodelled: RMS of what no model explains, that its interval holds and it has to exceed.
+    """
     balance, floor = judgement.balance, judgement.floor
     both = [
         _Stretches(balance, current.residual, response, on, least, sure, floor)
@@ -122,7 +125,7 @@ def _smallest(
         middle = math.sqrt(low * high)
         seen = all(one.seen(middle * unit) for one in both)
         low, high = (low, middle) if seen else (middle, high)
-    return high * unit
+    return high * unit + unmodelled / math.sqrt(power)
 
 
 class _Stretches:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -13,7 +13,6 @@ from scipy.optimize import lsq_linear
 from scipy.stats import t as student
 
 from ...drive.rigid.model import Model
-from ...effects.actuation_delay import LAG
 from ...effects.term import Interval, Parameters, Term
 from ..diagnosis import BoolArray, FloatArray
 from ..sheet import EVIDENCE_PER_S
@@ -21,6 +20,7 @@ from ..split import STRETCH_S
 from .motion import Motion
 from .normal import MOST_BLUR, freed, solve
 from .rest import at_rest
+from .solution import Solution
 
 HELD_OUT_EVERY = 3  # one stretch in so many is never fitted
 MOST_STRETCHES = 48  # what is left is correlated over time: more of them say no more
@@ -30,91 +30,6 @@ _LEAST_MOVING = 0.2  # share of the samples in motion with which rest is left ou
 UNMODELLED = 0.01  # share of the effort that no model of one inertia explains
 _ALONG_A_WAVE = 0.5  # of that; models err smoothly, and in other directions by all of it
 _FORM = 1e-3  # half width, as a share of the value, that no interval falls below
-
-
-@dataclass(frozen=True, eq=False)
-class Solution:
-    """A fit of a set of terms.
-
-    Attributes:
-        terms: in the order of the coefficients.
-        coefficients: float64[k]. residual: float64[m], all compared samples. weights: float64[m]
-            of the robust loss. scale: robust standard deviation of the residual on the fitted rows.
-        prior: float64[k], one over the standard deviation that a coefficient is known with about
-            0 beforehand; 0 where nothing is. share: squared residuals that the square of a
-            coefficient over that counts as.
-        evidence: independent pieces that the recording holds.
-    """
-
-    terms: tuple[Term, ...]
-    coefficients: FloatArray
-    residual: FloatArray
-    weights: FloatArray
-    scale: float
-    prior: FloatArray
-    share: float
-    evidence: float
-
-    def of(self, term: Term) -> FloatArray:
-        """The coefficients of one term."""
-        at = 0
-        for one in self.terms:
-            size = one.columns.shape[0]
-            if one is term:
-                return self.coefficients[at : at + size]
-            at += size
-        raise KeyError(term.key)
-
-    def known(self, term: Term) -> bool:
-        """Whether a term was fitted as a constant that is known beforehand."""
-        at = 0
-        for one in self.terms:
-            if one is term:
-                return bool(self.prior[at] > 0.0)
-            at += one.columns.shape[0]
-        raise KeyError(term.key)
-
-    def inertia(self, model: Model) -> float:
-        """By which the effort follows the acceleration, in the unit of the effort: the file's and
-        what the terms add."""
-        added = sum(one.inertia * float(self.of(one)[0]) for one in self.terms if one.inertia)
-        return (model.inertia or 0.0) + added
-
-    def rms(self, rows: BoolArray) -> float:
-        """Of what it leaves on `rows`, bool[m]."""
-        return float(np.sqrt(np.mean(self.residual[rows] ** 2)))
-
-    @property
-    def price(self) -> float:
-        """Of the pulls on the sheet, see `gap.sheet`."""
-        return float(np.sum((self.prior * self.coefficients) ** 2))
-
-    @property
-    def dearer(self) -> float:
-        """What a mean square counts by that price, over its own value."""
-        return math.exp(min(self.price / self.evidence, 100.0))
-
-    def priced(self, rows: BoolArray) -> float:
-        """RMS of what it leaves on `rows`, bool[m], raised by that price."""
-        return self.rms(rows) * math.sqrt(self.dearer)
-
-    def explained(self, nominal: FloatArray) -> FloatArray:
-        """Effort explained on the grid of the motion: nominal plus the terms of the machine."""
-        made = nominal.copy()
-        for one in self.terms:
-            if one.key != LAG:
-                made += self.of(one) @ one.columns
-        return made
-
-    @property
-    def free(self) -> tuple[Term, ...]:
-        """Terms that nothing is known of beforehand."""
-        return tuple(one for one in self.terms if not self.known(one))
-
-    @property
-    def effects(self) -> tuple[str, ...]:
-        """Names of these, each once."""
-        return tuple(dict.fromkeys(one.effect for one in self.free))
 
 
 class Blur(NamedTuple):

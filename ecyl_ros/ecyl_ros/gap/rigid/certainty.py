@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from functools import cached_property
 
 import numpy as np
 
 from ...effects.catalogue import EFFECTS
 from ...effects.term import Term
 from ..diagnosis import BoolArray
-from .balance import Balance, Solution, beside
+from .balance import Balance, beside
 from .contest import Contest
+from .solution import Solution
 
 _CERTAIN = 0.97  # the most that a cause found by effort is believed
 _ALIKE = 0.2  # of what is left: sets that differ by less (2 % of its RMS) cannot be told apart
@@ -49,7 +51,7 @@ class Certainty:
             for name in term.alternatives
         } | dict.fromkeys(term.bent_by, 0.0)
         behind = self._behind(self.contest.without[term.effect])
-        structure, unknown = self._unknown()
+        structure, unknown = self._unknown
         own = self._apart(winner, self.contest.without[term.effect])
         waves = {one.key for one in self.contest.order if one.rate}
         for other, rival in self.contest.swaps[term.effect]:
@@ -61,10 +63,9 @@ class Certainty:
                 continue
             if other.effect in held and (not other.rate or other.key in waves):
                 continue
-            apart = self._apart(winner, rival)
             simpler = self._within([other], [term])
             near = self.alike(rival) or rival.priced(self.judged) <= _WORSE * best
-            if not simpler and near and apart <= math.sqrt(_OWN) * own:
+            if not simpler and near and self._apart(winner, rival) <= math.sqrt(_OWN) * own:
                 weight = _UNLIKELY ** max(EFFECTS[other.effect].rarity - rarity, 0)
                 weights.setdefault(other.effect, weight)
             else:
@@ -80,10 +81,10 @@ class Certainty:
 
     def alike(self, rival: Solution) -> bool:
         """Whether a set that has one effect in another's place may as well be the true one."""
-        winner = self.contest.winner
-        apart, (_, unknown) = self._apart(winner, rival), self._unknown()
-        return apart <= unknown and rival.dearer <= _WORSE**2 * winner.dearer
+        winner, (_, unknown) = self.contest.winner, self._unknown
+        return self._apart(winner, rival) <= unknown and rival.dearer <= _WORSE**2 * winner.dearer
 
+    @cached_property
     def _unknown(self) -> tuple[float, float]:
         """RMS of the structure that is left beyond the floor; of that and what models err by.
 

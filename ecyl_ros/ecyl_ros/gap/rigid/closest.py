@@ -11,7 +11,7 @@ from ...drive.rigid.model import Acting
 from ...effects.along import Along
 from ...effects.catalogue import RIGID
 from ...effects.term import Term
-from .balance import Solution
+from .solution import Solution
 
 # Keys whose constants are written in their own place; another gain would count all others again.
 WRITTEN = (

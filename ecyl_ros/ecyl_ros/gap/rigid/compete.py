@@ -14,11 +14,11 @@ import numpy as np
 
 from ...effects.catalogue import EFFECTS, RIGID
 from ...effects.term import Term
-from .balance import Solution
 from .contest import Contest, won_by
 from .null import Null
 from .search import settled
 from .sets import LEAST_GAIN, Sets
+from .solution import Solution
 from .terms import free_means
 
 _SIMPLER = 0.85  # share of the best gain with which a simpler effect goes first

@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 
 from ...effects.catalogue import RIGID
 from ...effects.term import Term
-from .balance import Solution
 from .sets import Sets
+from .solution import Solution
 
 _RIVALS = 12
 

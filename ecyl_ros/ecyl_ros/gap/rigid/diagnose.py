@@ -19,7 +19,7 @@ from ...recording.signals import Recording
 from ..describe.rigid import with_rigid_description
 from ..diagnosis import Diagnosis
 from .assemble import assembled
-from .balance import Balance, Blur, Solution
+from .balance import Balance, Blur
 from .compete import compete, concluded
 from .floor import repeatability, white_part
 from .judge import Judgement
@@ -29,6 +29,7 @@ from .noise import acceleration_noise, measurement_noise, round_the_loop, weighe
 from .null import Null
 from .offsets import without_offsets
 from .rest import moving
+from .solution import Solution
 from .terms import Catalogue
 
 _FINER = 0.8  # a floor below this share of the last one has the effects compete again
@@ -139,7 +140,7 @@ def _finer_floor(balance: Balance, catalogue: Catalogue, winner: Solution) -> tu
     judged = balance.judged if balance.judged.any() else balance.usable
     left = winner.rms(moving(judged, balance.motion, catalogue.along))
     if catalogue.machine.actuation == "loop":  # a delay cancels noise that went round the loop
-        left = max(left, winner.inertia(catalogue.model) * acceleration_noise(balance.motion))
+        left = max(left, winner.inertia(catalogue.model) * balance.blur.noise)
     if left < _REFUTED * finer:
         finer, finer_is = left, "what the closest model leaves"
     white = min(white_part(balance, winner), left)

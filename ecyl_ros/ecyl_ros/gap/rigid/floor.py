@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from ..diagnosis import BoolArray, FloatArray
-from .balance import Balance, Solution
+from .balance import Balance
+from .solution import Solution
 from .white import least_density
 
 _NEIGHBOURS = 12

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...effects import actuation_delay, constant_load, load_coulomb_friction, load_viscous_friction
+from ...effects import constant_load, load_coulomb_friction, load_viscous_friction
 from ...effects.catalogue import EFFECTS
 from ...effects.term import Term
 from ..diagnosis import Cause, FittedParameter
@@ -22,12 +22,13 @@ from ..verdict import (
     shrink_of,
     verdict_of,
 )
-from .balance import UNMODELLED, Solution
+from .balance import UNMODELLED
 from .certainty import Certainty
 from .contest import Contest
 from .noise import measurement_noise
 from .null import Null
 from .rest import moving
+from .solution import Solution
 from .void import SHEET, SILENT, why_not
 
 _CLOSE, _HELPS_CLOSE = 5.0, 0.25  # where no more than so many floors are left, less has to be gone
@@ -120,9 +121,6 @@ class Judgement:
         # An effort that wanders by itself does not repeat either: that is no floor, but a gap.
         wanders = self.floor > _WANDERS * self.spread and self.floor > 3.0 * self.white
         no_gap = nominal <= NO_GAP_RATIO * floor and not wanders
-        # A lag is no constant of the sheet: where nothing is left, nothing is late.
-        late = actuation_delay.EFFECT.name
-        no_gap = no_gap and not set(self.null.strained(contest.nominal)) - {late}
         if wanders:
             self.notes.append(
                 f"{100.0 * self.floor / self.spread:.0f} % of the {self.motion.effort_name} does "

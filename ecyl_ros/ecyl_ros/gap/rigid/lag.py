@@ -14,8 +14,9 @@ from ...effects import actuation_delay
 from ...effects.actuation_delay import LAG, LATE
 from ...effects.along import Along
 from ..diagnosis import BoolArray, FloatArray
-from .balance import Solution, beside
+from .balance import beside
 from .motion import Motion
+from .solution import Solution
 
 MOVED = 0.25  # samples: a lag found to be off by more has effects compete again
 _FINE = 4  # steps per sample of a search

@@ -8,8 +8,9 @@ from scipy.signal import welch
 from ...effects.along import Along
 from ..conditions import near_reversal, shares, strongest_lines
 from ..diagnosis import ConditionShare, PortCheck
-from .balance import Balance, Solution
+from .balance import Balance
 from .noise import effort_noise
+from .solution import Solution
 
 
 def by_condition(balance: Balance, along: Along, base: Solution) -> tuple[ConditionShare, ...]:

@@ -11,8 +11,9 @@ from ...effects import load_viscous_friction as viscous
 from ...effects.along import Along
 from ...effects.term import Interval, Term
 from ..diagnosis import Measured
-from .balance import Balance, Solution
+from .balance import Balance
 from .motion import Motion
+from .solution import Solution
 
 _OF_A_MOMENT = ("friction_drift", "local_jam")  # levels of a time or a place, not of the machine
 

@@ -10,10 +10,11 @@ import numpy as np
 from ...drive.rigid.loop import gains_of
 from ...drive.rigid.machine import Machine
 from ..diagnosis import FloatArray
-from .balance import UNMODELLED, Solution
+from .balance import UNMODELLED
 from .band import DERIVATIVE, ORDER, slope_gain
 from .grid import bridged, eroded
 from .motion import Motion
+from .solution import Solution
 from .terms import Catalogue
 from .white import least_density
 

@@ -19,7 +19,8 @@ from ...effects.catalogue import RIGID, rigid_forms
 from ...effects.term import Term
 from ..diagnosis import BoolArray, FloatArray
 from ..strain import STRAINED, UNSEEN
-from .balance import ROUNDS, Balance, Solution
+from .balance import ROUNDS, Balance
+from .solution import Solution
 from .terms import Catalogue
 
 _GAIN = "actuation.gain"

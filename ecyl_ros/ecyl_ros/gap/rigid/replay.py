@@ -21,10 +21,11 @@ from ...drive.rigid.driven import Driven, Pieces, by_effort, by_loop, pieces
 from ...drive.rigid.packed import model_of
 from ..diagnosis import FloatArray, Measured, SignalGap
 from ..report import quantities as q
-from .balance import Balance, Solution
+from .balance import Balance
 from .closest import closest
 from .judge import Judgement, Ruling
 from .noise import effort_noise
+from .solution import Solution
 
 _SHORTEST_S = 0.1  # of a piece that runs through
 _FEWEST = 16  # samples of a piece that is restarted, at the least

@@ -14,9 +14,10 @@ from scipy.signal import find_peaks
 from ...effects.along import Along
 from ...effects.term import Left, Term
 from ..diagnosis import BoolArray, FloatArray
-from .balance import Balance, Solution
+from .balance import Balance
 from .floor import Pairs, coherence, less_line, pairs
 from .lag import delay_of
+from .solution import Solution
 
 _MOST = 3  # peaks tried
 _SLOWLY = 0.25  # of the time it moves no faster: where a wave has to be within the band

@@ -13,10 +13,10 @@ from ...effects.catalogue import RIGID
 from ...effects.term import Left, Term
 from ..diagnosis import FloatArray
 from ..strain import STRAINED
-from .balance import Solution
 from .floor import pairs
 from .null import Null
 from .search import left_by
+from .solution import Solution
 from .terms import free_means
 
 LEAST_GAIN = 0.12  # of the squared residual above the floor

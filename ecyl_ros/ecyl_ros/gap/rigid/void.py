@@ -11,8 +11,9 @@ from ...effects.actuation_delay import SAMPLING
 from ...effects.along import Along
 from ...effects.catalogue import RIGID
 from ...effects.term import Fitted, Interval, Term
-from .balance import Balance, Solution, beside
+from .balance import Balance, beside
 from .sheet import sheet_value, within
+from .solution import Solution
 
 _PARTS = 4  # of the time, in which a sine has to be the same
 _OTHER = 0.5  # of its amplitude, that it may be another in a part of the time

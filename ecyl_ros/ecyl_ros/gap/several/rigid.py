@@ -23,13 +23,13 @@ from ...errors import InputError
 from ...recording.signals import Recording
 from ..diagnosis import BoolArray, Diagnosis
 from ..rigid.assemble import assembled
-from ..rigid.balance import Solution
 from ..rigid.diagnose import check_motion, inertia_of, judged
 from ..rigid.joined import Joined, in_own_noise, joined, motions_of
 from ..rigid.judge import Judgement, Ruling
 from ..rigid.rest import moving
 from ..rigid.sets import Sets
 from ..rigid.sheet import sheet_value
+from ..rigid.solution import Solution
 from ..rigid.terms import Catalogue
 from ..rigid.void import why_not
 from ..verdict import shrink_of
