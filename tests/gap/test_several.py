@@ -99,7 +99,7 @@ def test_a_value_that_differs_is_said_with_both_and_not_averaged() -> None:
     assert [one.value for one in values] == pytest.approx([9.0, 9.0, 14.0], rel=0.03)
     assert all(one.differs for one in values)
     text = " ".join(summary(found).split())
-    assert "Not the same in all: Coulomb friction on the load, Coulomb torque" in text
+    assert "Not the same in all: Coulomb friction on the load, Coulomb force" in text
     assert "14.0" in text and "in c.mcap" in text
 
 

@@ -6,6 +6,7 @@ Plain ASCII throughout ("um", "kg m^2"); the page sets them in type (see `markup
 from __future__ import annotations
 
 import math
+import re
 
 from ..diagnosis import FittedParameter, Measured, SheetValue
 
@@ -33,46 +34,14 @@ _SMALLEST = 0.1  # a unit is taken if the number then is no smaller
 _MOST_DIGITS = 5  # of a value beside its interval, unless both ends then read the same
 
 # Endings of parameter names that only repeat the unit.
-_UNIT_ENDINGS = (
-    "_a_s2_per_rad",
-    "_v_per_a_s",
-    "_v_per_a",
-    "_a_per_rad",
-    "_per_s2",
-    "_per_s",
-    "_nm_s_per_rad",
-    "_n_s_per_m",
-    "_a_s_per_rad",
-    "_v_s_per_rad",
-    "_a_s_per_m",
-    "_v_s_per_m",
-    "_kg_m2",
-    "_kg",
-    "_m_s",
-    "_n_per_a",
-    "_n_per_v",
-    "_nm_per_v",
-    "_nm_per_rad",
-    "_nm_per_a",
-    "_v_s_per_rad",
-    "_n_per_m",
-    "_rad_s",
-    "_ohm",
-    "_rad",
-    "_nm",
-    "_hz",
-    "_m",
-    "_n",
-    "_s",
-    "_v",
-    "_a",
-)
+_TOKENS = ["kg", "m", "m2", "s", "s2", "rad", "nm", "n", "a", "v", "ohm", "hz", "h", "per"]
+_UNIT_ENDING = re.compile(rf"(_({'|'.join(_TOKENS)}))+$")
 # What is left of these names says too little.
 _FULLER = {
     "kp": "proportional gain",
     "ki": "integral gain",
-    "coulomb": "Coulomb torque",
-    "static": "static torque",
+    "coulomb": "Coulomb {}",
+    "static": "static {}",
     "stribeck": "Stribeck speed",
     "viscous": "viscous coefficient",
     "coulomb_positive": "Coulomb level forwards",
@@ -80,6 +49,7 @@ _FULLER = {
     "viscous_positive": "viscous coefficient forwards",
     "viscous_negative": "viscous coefficient backwards",
 }
+_LEVELS = {"_nm": "torque", "_n": "force"}  # of friction, by its unit
 
 
 def engineering(largest: float, unit: str) -> tuple[float, str]:
@@ -179,11 +149,9 @@ def with_interval(one: FittedParameter) -> str:
 
 def parameter_label(name: str) -> str:
     """A parameter's name in words, without its unit: "coulomb_nm" is "Coulomb torque"."""
-    for ending in _UNIT_ENDINGS:
-        if name.endswith(ending):
-            name = name[: -len(ending)]
-            break
-    return _FULLER.get(name, name.replace("_", " "))
+    stem = _UNIT_ENDING.sub("", name)
+    full = _FULLER.get(stem, stem.replace("_", " "))
+    return full.format(_LEVELS.get(name[len(stem) :], "level"))
 
 
 def percent(share: float) -> str:

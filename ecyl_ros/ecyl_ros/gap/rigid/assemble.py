@@ -80,7 +80,7 @@ def assembled(
         duration_s=sum(one.duration_s for one in recordings),
         rate_hz=min(one.rate_hz for one in recordings),
         measured=(
-            *measured(balance, along, whole if named else contest.base, whole),
+            *measured(balance, along, whole if named else contest.base, named=named),
             *played.measured,
         ),
         floor_is=judgement.floor_is,

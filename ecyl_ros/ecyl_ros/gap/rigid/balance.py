@@ -51,6 +51,7 @@ class Balance:
     Attributes:
         target: float64[m], effort less nominal, filtered. effort: float64[m].
         usable, held: bool[m]. stretch: int64[m], number of the stretch of `stretch_s`.
+        lag_s: see below.
         fold: int64[m], 0 to `FOLDS` - 1 on stretches that are fitted, for cross-validation.
     """
 
@@ -66,7 +67,7 @@ class Balance:
     ) -> None:
         """nominal: float64[n], what `model` asks for. lag_s: by which the effort was recorded ahead
         of the motion."""
-        self.motion, self.model = motion, model
+        self.motion, self.model, self.lag_s = motion, model, lag_s
         self.blur = blur or Blur()
         self.nominal = nominal
         self.effort = motion.shifted(motion.effort, np.array([lag_s]))[0]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 from collections.abc import Callable, Collection
 
 import numpy as np
@@ -19,13 +18,13 @@ from ...recording.signals import Recording
 from ..describe.rigid import with_rigid_description
 from ..diagnosis import Diagnosis
 from .assemble import assembled
-from .balance import Balance, Blur
+from .balance import Balance
 from .compete import compete, concluded
 from .floor import repeatability, white_part
 from .judge import Judgement
 from .lag import MOVED, in_bounds, lag_left, sampling_lag
 from .motion import Motion, motion_of
-from .noise import acceleration_noise, measurement_noise, round_the_loop, weighed
+from .noise import blur_of, measurement_noise, weighed
 from .null import Null
 from .offsets import without_offsets
 from .rest import moving
@@ -84,11 +83,7 @@ def judged(
     inertia = inertia_of(catalogue)
     motion = weighed(motion, inertia)
     catalogue = Catalogue(motion, machine, differing)
-    blur = Blur(
-        acceleration_noise(motion),
-        acceleration_noise(motion, counted=True),
-        functools.partial(round_the_loop, motion, machine, inertia),
-    )
+    blur = blur_of(motion, machine, inertia)
     model = catalogue.model
     balance = Balance(motion, catalogue.nominal(), model, blur)
     lag_s = sampling_lag(motion, catalogue.along, balance.fitted)

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
+from ...effects import constant_load as constant
 from ...effects import direction_dependent_friction as by_direction
 from ...effects import load_coulomb_friction as coulomb
 from ...effects import load_inertia_error as inertia
@@ -12,18 +15,21 @@ from ...effects.along import Along
 from ...effects.term import Interval, Term
 from ..diagnosis import Measured
 from .balance import Balance
+from .lower import where_inertia_holds
 from .motion import Motion
 from .solution import Solution
+from .terms import free_means
 
 _OF_A_MOMENT = ("friction_drift", "local_jam")  # levels of a time or a place, not of the machine
 
 
 def measured(
-    balance: Balance, along: Along, closest: Solution, left: Solution
+    balance: Balance, along: Along, closest: Solution, *, named: bool
 ) -> tuple[Measured, ...]:
     """Nominal and found values together.
 
-    closest: the set whose values they are. left: fit to all rows, of the same or a smaller set.
+    closest: fit to all rows of the set whose values they are. named: whether causes are; beside
+    them then, what every machine may have and this one shows: friction of either kind, a load.
     """
     model = along.model
     terms = list(closest.free)
@@ -41,17 +47,49 @@ def measured(
         for one in known
         if one.key not in keys and not refined.intersection((one.effect, *one.refines))
     ]
-    fit = balance.fit([*terms, *extra], balance.usable)
-    spans = balance.intervals(fit, balance.usable)
+    shown = _shown(balance, along, [*closest.terms, *extra]) if named else []
+    extra += shown
+    within, fit = where_inertia_holds(balance, along.machine, [*terms, *extra])
+    spans = within.intervals(fit, within.usable)
     totals = (_total(one, span, along, keys) for one in fit.terms for span in spans[one.key])
     rows = balance.usable
-    rest = (left if extra else fit).residual[rows]
+    prior = np.concatenate([closest.prior, np.zeros(sum(one.columns.shape[0] for one in shown))])
+    rest = balance.fit([*closest.terms, *shown], rows, prior=prior).residual[rows]
     size = float(np.sqrt(np.mean(balance.effort[rows] ** 2)))
     share = float(np.sqrt(np.mean(rest**2))) / size
     name = balance.motion.effort_name
     text = f"RMS of what is left over RMS of the {name}, over the whole run"
     error = Measured(f"relative_{name}_error", "1", share, share, share, text)
     return (*(one for one in totals if one is not None), error)
+
+
+def _shown(balance: Balance, along: Along, terms: Sequence[Term]) -> list[Term]:
+    """Friction and a load that are not among `terms`, and differ from none by their intervals."""
+    every = [viscous.term(along)]
+    if along.both_ways:  # else the one is the other
+        every += [coulomb.term(along), constant.term(along)]
+    keys = {one.key for one in terms}
+    told = {name for one in terms for name in (one.effect, *one.refines, *one.holds)}
+    more = [
+        one
+        for one in every
+        if one.key not in keys
+        and not told.intersection((one.effect, *one.refines))
+        and not (one.mean and free_means(terms))
+    ]
+    while more:
+        fit = balance.fit([*terms, *more], balance.usable)
+        spans = balance.intervals(fit, balance.usable)
+        first = {one.key: spans[one.key][0] for one in more}
+        idle = [one for one in more if first[one.key].low <= 0.0 <= first[one.key].high]
+        if not idle:
+            break
+        more.remove(min(idle, key=lambda one: _sureness(first[one.key])))
+    return more
+
+
+def _sureness(span: Interval) -> float:
+    return abs(span.value) / max(span.high - span.low, 1e-300)
 
 
 def _total(term: Term, span: Interval, along: Along, keys: set[str]) -> Measured | None:
@@ -61,19 +99,21 @@ def _total(term: Term, span: Interval, along: Along, keys: set[str]) -> Measured
         meaning = "output effort per unit of the signal"
         return Measured(*span, meaning, along.machine.gain)
     if term.key == "inertia":
+        if span.low <= 0.0:  # not seen, or taken by what else is found
+            return None
         return Measured(*span, "all that moves", model.inertia)
-    constant = model.constant if "constant" not in keys else 0.0
+    load = model.constant if "constant" not in keys else 0.0
     totals = {
         units.per_speed("viscous"): (model.viscous[0], "friction in proportion to speed"),
         units.per_speed("viscous_positive"): (model.viscous[0], "the same, forwards"),
         units.per_speed("viscous_negative"): (model.viscous[1], "the same, backwards"),
         units.level("coulomb"): (model.coulomb[0], "friction level"),
         units.level("coulomb_positive"): (
-            model.coulomb[0] + constant,
+            model.coulomb[0] + load,
             "friction level forwards, constant load included",
         ),
         units.level("coulomb_negative"): (
-            model.coulomb[1] - constant,
+            model.coulomb[1] - load,
             "friction level backwards, constant load included",
         ),
     }

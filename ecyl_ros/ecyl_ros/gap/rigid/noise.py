@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from dataclasses import replace
 
@@ -10,7 +11,7 @@ import numpy as np
 from ...drive.rigid.loop import gains_of
 from ...drive.rigid.machine import Machine
 from ..diagnosis import FloatArray
-from .balance import UNMODELLED
+from .balance import UNMODELLED, Blur
 from .band import DERIVATIVE, ORDER, slope_gain
 from .grid import bridged, eroded
 from .motion import Motion
@@ -74,12 +75,31 @@ def weighed(motion: Motion, inertia: float) -> Motion:
     hertz = (math.sqrt(own) / rise) ** (1.0 / order) / math.tau
     hertz = max(hertz, _LONGEST * motion.rate_hz / motion.time_s.size)
     while hertz < motion.bandwidth_hz:
-        # The filter has to settle at ends and gaps; where that costs too much it is a shorter one.
-        left = eroded(usable, math.ceil(motion.rate_hz / hertz))
-        if left.sum() >= _LEFT * usable.sum():
-            return replace(motion, weight_hz=hertz, usable=left)
-        hertz *= 2.0
+        made = in_lower_band(motion, hertz)
+        if made is not None:
+            return made
+        hertz *= 2.0  # it costs too much to let the filter settle: a shorter one
     return motion
+
+
+def in_lower_band(motion: Motion, hertz: float) -> Motion | None:
+    """The motion weighed down beyond a frequency; None where the recording is too short for it, or
+    too little is left once the filter has settled at ends and gaps."""
+    if hertz < _LONGEST * motion.rate_hz / motion.time_s.size:
+        return None
+    left = eroded(motion.usable, math.ceil(motion.rate_hz / hertz))
+    if left.sum() < _LEFT * motion.usable.sum():
+        return None
+    return replace(motion, weight_hz=hertz, usable=left)
+
+
+def blur_of(motion: Motion, machine: Machine, inertia: float) -> Blur:
+    """Noise of the acceleration that regressions have to be freed of."""
+    return Blur(
+        acceleration_noise(motion),
+        acceleration_noise(motion, counted=True),
+        functools.partial(round_the_loop, motion, machine, inertia),
+    )
 
 
 def _motion_density(motion: Motion) -> tuple[int, float]:
