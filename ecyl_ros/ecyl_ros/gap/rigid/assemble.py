@@ -21,6 +21,7 @@ from .locate import by_condition, by_frequency, by_port
 from .measured import costs, measured
 from .replay import Replay, replay
 from .sheet import sheet_values
+from .witness import heard
 
 
 def assembled(
@@ -32,8 +33,13 @@ def assembled(
     without: Collection[str] = (),
 ) -> Diagnosis:
     """Rule, replay, and put together what is said. mode: that was judged, None for all."""
-    ruling = judgement.rule()
-    played = replay(judgement, ruling)
+    first = judgement.rule()
+    played = replay(judgement, first)
+    ruling, note = heard(first, played)
+    if note:
+        judgement.notes.append(note)
+    if ruling.named != first.named:
+        played = replay(judgement, ruling)
     balance, contest, floor = judgement.balance, judgement.contest, judgement.floor
     motion, along, spread = judgement.motion, judgement.catalogue.along, judgement.spread
     no_gap, named = ruling.verdict in ("no_gap", "within_sheet"), ruling.named
