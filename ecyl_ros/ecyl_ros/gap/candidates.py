@@ -8,7 +8,7 @@ approach; only what comes near the best goes on.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from typing import TypeVar
 
@@ -269,27 +269,58 @@ class Candidates:
                     return found
         return best
 
+    def finer(self, best: Fit) -> Fit:
+        """`best`, or with a finer form in an effect's place that does better.
+
+        Where another effect is missing beside it, a finer form may come out as its opposite
+        (friction that seems to rise with speed hides that it falls): it begins again once that is
+        there.
+        """
+        started: list[Fit] = []
+        for form in self.names:
+            plain = [name for name in best.names if name in CATALOGUE[form].refines]
+            if plain and form not in best.names:
+                rest = self.fitter.without(best, plain)
+                # How the contact gives is known; sizes are found again.
+                told = {quantity.name for quantity in CATALOGUE[form].reported}
+                shared = _shared(form, best.values[plain[0]])
+                shape = {key: value for key, value in shared.items() if key not in told}
+                started += self._kept(self.starts(rest, [form], _STARTS), form, shape)
+        glimpsed = self.map(
+            lambda one: self.fitter.fit(one, steps=2, stage=MEDIUM, known=self.null), started
+        )
+        searched = self._searched(sorted(glimpsed, key=lambda one: one.fitted)[:_SEARCHED_SETS])
+        if not searched or searched[0].fitted >= best.fitted:
+            return best
+        return self.settled(self.polish(searched[:1])[0])
+
     def _instead(self, best: Fit, name: str, simple: Sequence[str]) -> Fit | None:
         """`best` with simpler effects, where they start, in the place of one; None where none can.
 
         They keep the parameters that they have in common with it.
         """
-        kept = {key: dict(given) for key, given in best.values.items() if key != name}
-        found, near = self.fitter.evaluate(kept, best.pulls), True
+        found, near = self.fitter.without(best, [name]), True
         for one in simple:
-            shared = {
-                quantity.name: best.values[name][quantity.name]
-                for quantity in CATALOGUE[one].parameters
-                if quantity.name in best.values[name]
-            }
+            shared = _shared(one, best.values[name])
             if all(quantity.name in shared for quantity in CATALOGUE[one].reported):
                 found = self.fitter.evaluate({**found.values, one: shared}, best.pulls)
                 continue
-            started = self.starts(found, [one], _STARTS)
+            started = self._kept(self.starts(found, [one], _STARTS), one, shared)
             if not started:
                 return None
             found, near = min(started, key=lambda other: other.fitted), False
         return found if near else self._searched([found])[0]
+
+    def _kept(self, started: Sequence[Fit], name: str, shared: dict[str, float]) -> list[Fit]:
+        """Starts of an effect with parameters that it has in common with another's."""
+        if not shared:
+            return list(started)
+        return self.map(
+            lambda one: self.fitter.evaluate(
+                {**one.values, name: {**one.values[name], **shared}}, one.pulls
+            ),
+            started,
+        )
 
     def settled(self, winner: Fit) -> Fit:
         """The winner fitted until it no longer moves."""
@@ -316,3 +347,9 @@ class Candidates:
         replay.calm()
         nearest = min(one.fitted for one in [self.null, *silent])
         return any(one.fitted < _SHAKEN_LOOSE * nearest for one in shaken)
+
+
+def _shared(name: str, values: Mapping[str, float]) -> dict[str, float]:
+    """Of an effect's parameters, those that are among another's `values`."""
+    known = [one.name for one in CATALOGUE[name].parameters]
+    return {key: values[key] for key in known if key in values}

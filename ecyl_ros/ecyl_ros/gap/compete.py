@@ -7,7 +7,8 @@
 2. The most promising are fitted in closed loop; the best of these with their shape parameters too.
 3. Where one effect does not bring the model to the noise floor, sets of two and three are tried:
    candidates come from the responses already at hand, added up with free sizes, from fresh starts
-   on what the best single effects leave, and from these in shares of the sizes they have alone.
+   on what the best single effects leave, and from these in shares of the sizes they have alone. In
+   the best of them, finer forms of its effects begin again.
 4. An effect stays in a set only if leaving it out costs clearly more than it adds in freedom.
 """
 
@@ -91,6 +92,8 @@ def _compete(field: Candidates, nominal: Fit, report: Report) -> Competition:
         fitter.test_floor(fitted[0])
         pool += fitted
         best = field.settled(field.simplified(fitted[0]))
+        if not at_noise(fitter, best):
+            best = field.finer(best)
         if not earns(fitter, best, winner):
             break
         winner = best
