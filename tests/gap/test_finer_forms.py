@@ -1,0 +1,60 @@
+"""An effect's finer form in its place, and its simpler form: begun from what is known already."""
+
+from __future__ import annotations
+
+from concurrent.futures import ThreadPoolExecutor
+
+import pytest
+from sheets import exact
+
+from ecyl_ros.gap.candidates import Candidates
+from ecyl_ros.gap.fit import Fitter
+from ecyl_ros.gap.replay import Replay
+from ecyl_ros.gap.split import held_out
+from ecyl_ros.gap.study.cylinder.cases import Case, record_case
+
+DRIVE = exact("bench")
+
+
+def _field(true: dict[str, dict[str, float]], names: tuple[str, ...]) -> Candidates:
+    """Effects `names` on another make of machine that has those of `true`."""
+    replay = Replay(record_case(Case(0, 6, "pair", true), DRIVE), DRIVE, "recording")
+    return Candidates(Fitter(replay, held_out(replay.time_s)), names, ThreadPoolExecutor(2))
+
+
+def test_stribeck_friction_begins_again_beside_viscous_friction() -> None:
+    """Coulomb and viscous friction come nearest while the fall from the static level is missing;
+    with Stribeck friction in Coulomb's place noise is left, and its levels are the machine's."""
+    stribeck = {"coulomb_nm": 0.13, "static_nm": 0.2, "stribeck_rad_s": 3.4}
+    viscous = {"load_viscous_friction": {"viscous_nm_s_per_rad": 0.011}}
+    names = ("rotor_coulomb_friction", "stribeck_friction", "load_viscous_friction")
+    field = _field({"stribeck_friction": stribeck, **viscous}, names)
+    near = field.fitter.evaluate({"rotor_coulomb_friction": {"coulomb_nm": 0.15}, **viscous})
+    (best,) = field.polish([near])
+    assert best.fitted > 3.0 * field.fitter.perfect**2
+    found = field.finer(best)
+    assert found.fitted < 1.3 * field.fitter.perfect**2
+    assert set(found.names) == {"stribeck_friction", "load_viscous_friction"}
+    for name in ("coulomb_nm", "static_nm"):
+        assert found.values["stribeck_friction"][name] == pytest.approx(stribeck[name], rel=0.03)
+
+
+def test_friction_that_is_the_same_both_ways_is_one_level() -> None:
+    """Friction by direction that has found how the contact gives: the plain level begins with that,
+    and takes its place."""
+    true = {"load_coulomb_friction": {"coulomb_nm": 0.26}}
+    field = _field(true, ("load_coulomb_friction", "direction_dependent_friction"))
+    near = field.fitter.evaluate(
+        {
+            "direction_dependent_friction": {
+                "coulomb_positive_nm": 0.26,
+                "coulomb_negative_nm": 0.26,
+                "viscous_positive_nm_s_per_rad": 0.0,
+                "viscous_negative_nm_s_per_rad": 0.0,
+            }
+        }
+    )
+    (best,) = field.polish([near])
+    found = field.simplified(best)
+    assert found.names == ("load_coulomb_friction",)
+    assert found.values["load_coulomb_friction"]["coulomb_nm"] == pytest.approx(0.26, rel=0.01)
