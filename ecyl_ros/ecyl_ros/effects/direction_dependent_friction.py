@@ -36,6 +36,16 @@ def modify(record: np.ndarray, values: Mapping[str, float], drive: DriveParamete
     put_bristle(record, "load", values)
 
 
+def gives_way(values: Start, drive: DriveParameters) -> list[dict[str, Start]]:
+    """Friction of one level and a constant load: they differ from it where the motion rests."""
+    forwards, backwards = values["coulomb_positive_nm"], values["coulomb_negative_nm"]
+    known = {one.name for one in bristle("load")}
+    friction = {key: value for key, value in values.items() if key in known}
+    friction["coulomb_nm"] = 0.5 * (forwards + backwards)
+    load = 0.5 * (forwards - backwards) / drive.transmission.rod_per_rotor
+    return [{"load_coulomb_friction": friction, "constant_load": {"force_n": load}}]
+
+
 EFFECT = Effect(
     name="direction_dependent_friction",
     block="load",
@@ -71,6 +81,7 @@ EFFECT = Effect(
     starts=starts,
     modify=modify,
     refines=("load_coulomb_friction", "load_viscous_friction"),
+    gives_way=gives_way,
     sized=(
         "coulomb_positive_nm",
         "coulomb_negative_nm",

@@ -105,6 +105,11 @@ def no_starts(evidence: Evidence) -> Sequence[Start]:
     return ()
 
 
+def _to_none(values: Start, drive: DriveParameters) -> Sequence[Mapping[str, Start]]:
+    """Most effects act like no others."""
+    return ()
+
+
 def _zero(drive: DriveParameters) -> float:
     """Most effects vanish at zero."""
     return 0.0
@@ -132,6 +137,8 @@ class Effect:
             `ports`) have their parameters in the record under `field_name` and need none.
         refines: effects that this one contains as a special case. It is named in their place only
             where it removes clearly more.
+        gives_way: to sets of others that act nearly alike, as they do at its values; one takes its
+            place where it removes clearly more.
         sized: parameters that the size of the effect is in proportion to; the first one unless
             given, none where there is no such thing (a limit).
         neutral: the value of those at which the effect vanishes.
@@ -154,6 +161,7 @@ class Effect:
     starts: Callable[[Evidence], Sequence[Start]] = no_starts
     modify: Callable[[np.ndarray, Mapping[str, float], DriveParameters], None] | None = None
     refines: tuple[str, ...] = ()
+    gives_way: Callable[[Start, DriveParameters], Sequence[Mapping[str, Start]]] = _to_none
     sized: tuple[str, ...] | None = None
     neutral: Callable[[DriveParameters], float] = _zero
     constant: str | None = None

@@ -15,7 +15,7 @@ from typing import TypeVar
 from ..effects.catalogue import CATALOGUE, MODULES
 from .begin import Beginnings
 from .descent import approach, close_in, polish, sheet_alone, unbent
-from .earn import AT_FLOOR
+from .earn import AT_FLOOR, at_noise, earns
 from .fit import Fit, Fitter
 from .joint import joined
 from .promise import Promise, Promises
@@ -248,7 +248,8 @@ class Candidates:
         """`best`, or with special cases in an effect's place that do nearly as well.
 
         Each alone, then all together: friction that is the same in both directions is a level and a
-        rise with speed.
+        rise with speed. Sets that it gives way to have to do better: friction of one level beside a
+        constant load differs by direction, too, until the motion rests.
         """
         for name in best.names:
             refines = [one for one in CATALOGUE[name].refines if one in self.names]
@@ -259,15 +260,30 @@ class Candidates:
                 if any(one in best.names for one in simple):
                     continue
                 start = self._instead(best, name, simple)
-                if start is None:
-                    continue
-                near = self.fitter.fit(start, steps=4, stage=MEDIUM, known=self.null)
-                if near.fitted > _BEHIND * best.fitted:
-                    continue
-                (found,) = self.polish([near])
-                if found.judged < 1.15 * best.judged + 0.05:
+                found = self._near(start, best) if start is not None else None
+                if found is not None and found.judged < 1.15 * best.judged + 0.05:
                     return found
+            found = None if at_noise(self.fitter, best) else self._giving_way(best, name)
+            if found is not None and earns(self.fitter, found, best):
+                return found
         return best
+
+    def _giving_way(self, best: Fit, name: str) -> Fit | None:
+        """The best fit with a set of others in an effect's place that act nearly alike."""
+        rest = self.fitter.without(best, [name])
+        started = [
+            self.fitter.evaluate({**rest.values, **others}, rest.pulls)
+            for others in CATALOGUE[name].gives_way(best.values[name], self.fitter.replay.drive)
+            if all(one in self.names and one not in best.names for one in others)
+        ]
+        return self.polish(self._searched(started)[:1])[0] if started else None
+
+    def _near(self, start: Fit, best: Fit) -> Fit | None:
+        """A fit from a start near its end; None where it comes nowhere near the best."""
+        near = self.fitter.fit(start, steps=4, stage=MEDIUM, known=self.null)
+        if near.fitted > _BEHIND * best.fitted:
+            return None
+        return self.polish([near])[0]
 
     def finer(self, best: Fit) -> Fit:
         """`best`, or with a finer form in an effect's place that does better.
