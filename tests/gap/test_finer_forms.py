@@ -58,3 +58,26 @@ def test_friction_that_is_the_same_both_ways_is_one_level() -> None:
     found = field.simplified(best)
     assert found.names == ("load_coulomb_friction",)
     assert found.values["load_coulomb_friction"]["coulomb_nm"] == pytest.approx(0.26, rel=0.01)
+
+
+def test_friction_by_direction_gives_way_to_a_level_beside_a_load() -> None:
+    """A load larger than the friction: one direction's level is none, and the fit stays far from
+    the floor; begun from it, one level and the load reach it at the machine's values."""
+    true = {"load_coulomb_friction": {"coulomb_nm": 0.0576}, "constant_load": {"force_n": -42.5}}
+    field = _field(true, (*true, "load_viscous_friction", "direction_dependent_friction"))
+    near = field.fitter.evaluate(
+        {
+            "direction_dependent_friction": {
+                "coulomb_positive_nm": 1e-4,
+                "coulomb_negative_nm": 0.12,
+                "viscous_positive_nm_s_per_rad": 0.0,
+                "viscous_negative_nm_s_per_rad": 0.0,
+            }
+        }
+    )
+    (best,) = field.polish([near])
+    assert best.fitted > 2.0 * field.fitter.perfect**2
+    found = field.simplified(best)
+    assert set(found.names) == set(true)
+    assert found.fitted < 1.3 * field.fitter.perfect**2
+    assert found.values["constant_load"]["force_n"] == pytest.approx(-42.5, rel=0.03)

@@ -38,6 +38,8 @@ from .verdict import (
     named_cause,
     ranked,
     ratios,
+    settings,
+    settings_alone,
     shrink_of,
     standing,
     verdict_of,
@@ -181,10 +183,12 @@ def assembled(found: Judged, source: str, drive_name: str) -> tuple[Diagnosis, F
             order += [name for name in fit.names if name not in order]
         spans, _ = intervals(winner, fitter.rows, replay.time_s, fitter.sheet)
         previous = in_all(alone)
+        tuned = settings(winner.names)
+        own = settings_alone(tuned)
         for name, fit in zip(order, chain, strict=True):
             now = in_all(fit)
             others = alternatives(competition, name)
-            sure = confidence(place, len(others))
+            sure = confidence(place, len(others)) * (own if name in tuned else 1.0)
             rest = in_all(competition.leave_one_out[name])
             parameters = []
             for quantity in CATALOGUE[name].reported:
@@ -207,6 +211,11 @@ def assembled(found: Judged, source: str, drive_name: str) -> tuple[Diagnosis, F
     if causes and not named:
         tried = ", ".join(one.title for one in causes)
         notes.append(f"closest in the catalogue, but too unlike to be named: {tried}")
+        if settings_alone(winner.names) < 1.0:
+            notes.append(
+                "together, settings of one controller give nearly any change of its answer: one that "
+                "the catalogue lacks may be the cause"
+            )
     if not named:
         noise, floor = np.ones(len(replay.signals)), white
         surplus = max(before - floor, 1e-12)

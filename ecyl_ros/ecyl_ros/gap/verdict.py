@@ -25,6 +25,7 @@ NAMED = 0.6  # a cause less sure than this is not named
 SEEN = 0.8  # tolerances: an interval as wide as the sheet's says nothing new
 INDISTINCT = 0.02  # squared misfits closer than this share cannot be told apart
 _MOST_CANDIDATES = 12
+_UNKNOWN_SETTING = 2  # rarity of a change of the controller that the catalogue lacks
 
 
 def verdict_of(
@@ -178,6 +179,25 @@ def alternatives(competition: Competition, effect: str) -> tuple[str, ...]:
         if rival.judged - winner.judged < INDISTINCT * winner.judged:
             found.append(other)
     return tuple(found)
+
+
+def settings_alone(names: Iterable[str]) -> float:
+    """Probability that these settings of a controller are wrong, and not one that is not known.
+
+    A controller is linear up to its limits: some settings together give nearly any smooth change of
+    its answer. Each wrong one beside the first is as rare as any (`Effect.rarity` counts thirds).
+    """
+    count = len(settings(names))
+    if count < 2:
+        return 1.0
+    known, unknown = 3.0 ** (1 - count), 3.0**-_UNKNOWN_SETTING
+    return known / (known + unknown)
+
+
+def settings(names: Iterable[str]) -> list[str]:
+    """Those of some effects that are settings of the controller, its limits aside."""
+    every = {name: CATALOGUE[name] for name in names}
+    return [name for name, one in every.items() if one.block == "controller" and one.sized != ()]
 
 
 def confidence(place: Standing, rivals_as_good: int) -> float:
