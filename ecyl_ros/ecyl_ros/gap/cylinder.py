@@ -213,8 +213,8 @@ def assembled(found: Judged, source: str, drive_name: str) -> tuple[Diagnosis, F
         notes.append(f"closest in the catalogue, but too unlike to be named: {tried}")
         if settings_alone(winner.names) < 1.0:
             notes.append(
-                "together, settings of one controller give nearly any change of its answer: one that "
-                "the catalogue lacks may be the cause"
+                "together, settings of one controller give nearly any change of its answer: one "
+                "that the catalogue lacks may be the cause"
             )
     if not named:
         noise, floor = np.ones(len(replay.signals)), white

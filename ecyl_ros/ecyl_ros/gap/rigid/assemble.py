@@ -35,7 +35,8 @@ def assembled(
     """Rule, replay, and put together what is said. mode: that was judged, None for all."""
     first = judgement.rule()
     played = replay(judgement, first)
-    ruling, note = heard(first, played)
+    over_time = any(one.over_time for one in judgement.contest.order)
+    ruling, note = heard(first, played, over_time=over_time)
     if note:
         judgement.notes.append(note)
     if ruling.named != first.named:

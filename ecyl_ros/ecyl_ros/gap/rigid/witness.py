@@ -14,13 +14,16 @@ from .judge import Ruling
 from .replay import Replay
 
 
-def heard(ruling: Ruling, played: Replay) -> tuple[Ruling, str]:
+def heard(ruling: Ruling, played: Replay, *, over_time: bool) -> tuple[Ruling, str]:
     """The ruling in the light of its replay, and what a note is to say of it.
 
     Causes with which no signal that is off comes nearer to the recording are none. With a signal
     that is further off than without them, the gap is not explained as a whole.
+
+    over_time: one of them is a sine of time. Its phase, in several recordings one in each, is not
+    known as well as its size, and so a replay says little of it.
     """
-    if not ruling.named:
+    if not ruling.named or over_time:
         return ruling, ""
     off = [one for one in played.signals if one.gap > STRUCTURELESS * one.floor]
     if off and all(one.after >= one.gap for one in off):
