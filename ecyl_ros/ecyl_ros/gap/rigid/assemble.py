@@ -21,7 +21,7 @@ from .locate import by_condition, by_frequency, by_port
 from .measured import costs, measured
 from .replay import Replay, replay
 from .sheet import sheet_values
-from .witness import heard
+from .witness import borne_out, heard
 
 
 def assembled(
@@ -33,14 +33,13 @@ def assembled(
     without: Collection[str] = (),
 ) -> Diagnosis:
     """Rule, replay, and put together what is said. mode: that was judged, None for all."""
-    first = judgement.rule()
-    played = replay(judgement, first)
-    over_time = any(one.over_time for one in judgement.contest.order)
-    ruling, note = heard(first, played, over_time=over_time)
-    if note:
-        judgement.notes.append(note)
-    if ruling.named != first.named:
-        played = replay(judgement, ruling)
+    ruled = judgement.rule()
+    terms = judgement.contest.order  # without what is not sure enough, once that is ruled
+    ruling, refuted = borne_out(ruled, terms, judgement.catalogue.model)
+    played = replay(judgement, ruling)
+    over_time = any(one.over_time for one in terms)
+    ruling, worse = heard(ruling, played, over_time=over_time)
+    judgement.notes += [note for note in (refuted, worse) if note]
     balance, contest, floor = judgement.balance, judgement.contest, judgement.floor
     motion, along, spread = judgement.motion, judgement.catalogue.along, judgement.spread
     no_gap, named = ruling.verdict in ("no_gap", "within_sheet"), ruling.named
