@@ -270,13 +270,16 @@ class Candidates:
 
     def _giving_way(self, best: Fit, name: str) -> Fit | None:
         """The best fit with a set of others in an effect's place that act nearly alike."""
-        rest = self.fitter.without(best, [name])
-        started = [
-            self.fitter.evaluate({**rest.values, **others}, rest.pulls)
+        sets = [
+            others
             for others in CATALOGUE[name].gives_way(best.values[name], self.fitter.replay.drive)
             if all(one in self.names and one not in best.names for one in others)
         ]
-        return self.polish(self._searched(started)[:1])[0] if started else None
+        if not sets:
+            return None
+        rest = self.fitter.without(best, [name])
+        started = [self.fitter.evaluate({**rest.values, **one}, rest.pulls) for one in sets]
+        return self.polish(self._searched(started)[:1])[0]
 
     def _near(self, start: Fit, best: Fit) -> Fit | None:
         """A fit from a start near its end; None where it comes nowhere near the best."""
@@ -319,7 +322,7 @@ class Candidates:
         for one in simple:
             shared = _shared(one, best.values[name])
             if all(quantity.name in shared for quantity in CATALOGUE[one].reported):
-                found = self.fitter.evaluate({**found.values, one: shared}, best.pulls)
+                found = self.fitter.evaluate({**found.values, one: shared}, found.pulls)
                 continue
             started = self._kept(self.starts(found, [one], _STARTS), one, shared)
             if not started:

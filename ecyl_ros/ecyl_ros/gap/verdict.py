@@ -25,6 +25,7 @@ NAMED = 0.6  # a cause less sure than this is not named
 SEEN = 0.8  # tolerances: an interval as wide as the sheet's says nothing new
 INDISTINCT = 0.02  # squared misfits closer than this share cannot be told apart
 _MOST_CANDIDATES = 12
+RARER = 1.0 / 3.0  # weight of a cause for each step of `Effect.rarity`
 _UNKNOWN_SETTING = 2  # rarity of a change of the controller that the catalogue lacks
 
 
@@ -185,12 +186,12 @@ def settings_alone(names: Iterable[str]) -> float:
     """Probability that these settings of a controller are wrong, and not one that is not known.
 
     A controller is linear up to its limits: some settings together give nearly any smooth change of
-    its answer. Each wrong one beside the first is as rare as any (`Effect.rarity` counts thirds).
+    its answer. Each wrong one beside the first is a step rarer.
     """
     count = len(settings(names))
     if count < 2:
         return 1.0
-    known, unknown = 3.0 ** (1 - count), 3.0**-_UNKNOWN_SETTING
+    known, unknown = RARER ** (count - 1), RARER**_UNKNOWN_SETTING
     return known / (known + unknown)
 
 

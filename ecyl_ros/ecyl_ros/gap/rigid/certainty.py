@@ -11,6 +11,7 @@ import numpy as np
 from ...effects.catalogue import EFFECTS
 from ...effects.term import Term
 from ..diagnosis import BoolArray
+from ..verdict import RARER
 from .balance import Balance, beside
 from .contest import Contest
 from .solution import Solution
@@ -21,7 +22,6 @@ _WORSE = math.hypot(1.0, _ALIKE)  # by which its RMS then differs
 _SAME = 0.01  # of the power of columns: they span the same but next to a reversal
 _OWN = 0.5  # share of an effect's power that another has to take over to be its like
 _ERRS = 0.03  # of what is left: by so much models differ that are equally true
-_UNLIKELY = 1.0 / 3.0  # weight of an alternative for each step that it is rarer
 
 
 class Certainty:
@@ -47,8 +47,7 @@ class Certainty:
         parts = 1 + bool(term.refines)
         rarity = EFFECTS[term.effect].rarity
         weights = {
-            name: _UNLIKELY ** max(parts, EFFECTS[name].rarity - rarity)
-            for name in term.alternatives
+            name: RARER ** max(parts, EFFECTS[name].rarity - rarity) for name in term.alternatives
         } | dict.fromkeys(term.bent_by, 0.0)
         behind = self._behind(self.contest.without[term.effect])
         structure, unknown = self._unknown
@@ -66,7 +65,7 @@ class Certainty:
             simpler = self._within([other], [term])
             near = self.alike(rival) or rival.priced(self.judged) <= _WORSE * best
             if not simpler and near and self._apart(winner, rival) <= math.sqrt(_OWN) * own:
-                weight = _UNLIKELY ** max(EFFECTS[other.effect].rarity - rarity, 0)
+                weight = RARER ** max(EFFECTS[other.effect].rarity - rarity, 0)
                 weights.setdefault(other.effect, weight)
             else:
                 behind = min(behind, self._behind(rival))

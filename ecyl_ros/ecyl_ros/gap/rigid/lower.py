@@ -9,7 +9,7 @@ Gaussian white noise", 1991; the test is that of Hausman, "Specification tests i
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 
 from scipy.special import ndtri
 
@@ -19,9 +19,7 @@ from .balance import Balance
 from .noise import blur_of, in_lower_band
 from .solution import Solution
 
-_PERIODS = (
-    2.0  # of a band in a stretch: more slowly, what is left of one stretch is that of another
-)
+_PERIODS = 2.0  # of a band in a stretch, so that what is left of one is not that of the next
 
 
 def where_inertia_holds(
@@ -29,22 +27,20 @@ def where_inertia_holds(
 ) -> tuple[Balance, Solution]:
     """The balance in that band and the fit of `terms` to all of it; as it is if none tells it."""
     fit = balance.fit(terms, balance.usable)
-    found = [(balance, fit, _inertia(balance, fit))]
-    if found[0][2] is None:
+    if all(one.key != "inertia" for one in terms):
         return balance, fit
-    for lower in _lower(balance, lambda: fit.inertia(balance.model), machine):
-        then = lower.fit(terms, lower.usable)
-        found.append((lower, then, _inertia(lower, then)))
-    for at, (wide, made, told) in enumerate(found):
-        below = [span for _, _, span in found[at + 1 :]]
-        wider = _together(len(below))
-        if told is not None and all(
-            span is not None
-            and abs(told.value - span.value) <= wider * 0.5 * (span.high - span.low)
-            for span in below
-        ):
-            return wide, made
-    return balance, fit
+    bands = [balance, *_lower(balance, fit.inertia(balance.model), machine)]
+    fits = [fit, *(one.fit(terms, one.usable) for one in bands[1:])]
+    told = [_inertia(one, made) for one, made in zip(bands, fits, strict=True)]
+    # The lowest has none below that could disagree.
+    at = next(at for at, one in enumerate(told) if _agreed(one, told[at + 1 :]))
+    return bands[at], fits[at]
+
+
+def _agreed(wide: Interval, below: Sequence[Interval]) -> bool:
+    """Whether a value lies within the intervals of all lower bands, 95 % together."""
+    wider = _together(len(below))
+    return all(abs(wide.value - one.value) <= wider * 0.5 * (one.high - one.low) for one in below)
 
 
 def _together(count: int) -> float:
@@ -52,19 +48,12 @@ def _together(count: int) -> float:
     return float(ndtri(1.0 - 0.025 / max(count, 1)) / ndtri(0.975))
 
 
-def _within(value: float, span: Interval | None, wider: float) -> bool:
-    if span is None:
-        return False
-    return abs(value - span.value) <= 0.5 * wider * (span.high - span.low)
-
-
-def _inertia(balance: Balance, fit: Solution) -> Interval | None:
+def _inertia(balance: Balance, fit: Solution) -> Interval:
     """What its term adds to it."""
-    spans = balance.intervals(fit, balance.usable)
-    return spans["inertia"][0] if "inertia" in spans else None
+    return balance.intervals(fit, balance.usable)["inertia"][0]
 
 
-def _lower(balance: Balance, inertia: Callable[[], float], machine: Machine) -> Iterator[Balance]:
+def _lower(balance: Balance, inertia: float, machine: Machine) -> Iterator[Balance]:
     """The same balance, each time in half the band, as far down as the recording is long enough."""
     motion = balance.motion
     hertz = 0.5 * min(motion.weight_hz, motion.bandwidth_hz)
@@ -73,6 +62,6 @@ def _lower(balance: Balance, inertia: Callable[[], float], machine: Machine) -> 
         if lower is None:
             break
         yield Balance(
-            lower, balance.nominal, balance.model, blur_of(lower, machine, inertia()), balance.lag_s
+            lower, balance.nominal, balance.model, blur_of(lower, machine, inertia), balance.lag_s
         )
         hertz *= 0.5
