@@ -21,17 +21,18 @@ import numpy as np
 
 from ecyl_ros.drive.drive_file import load_drive, resolve_drive
 from ecyl_ros.drive.parameters import DriveParameters
-from ecyl_ros.gap.earn import at_noise
-from ecyl_ros.gap.fit import Fit, Fitter
-from ecyl_ros.gap.limits.cylinder import Seen, least_visible, seen_by
-from ecyl_ros.gap.replay import Replay
+from ecyl_ros.gap.compete.earn import at_noise
+from ecyl_ros.gap.fit.fit import Fit, Fitter
+from ecyl_ros.gap.fit.stages import FINE, MEDIUM
+from ecyl_ros.gap.judge.verdict import at_floor
+from ecyl_ros.gap.limits.cylinder import least_visible, seen_by
+from ecyl_ros.gap.limits.seen import Seen
+from ecyl_ros.gap.replay.replay import Replay
 from ecyl_ros.gap.split import held_out_of
-from ecyl_ros.gap.stages import FINE, MEDIUM
 from ecyl_ros.gap.study.cylinder.cases import stated
 from ecyl_ros.gap.study.cylinder.inside import INSIDE
 from ecyl_ros.gap.study.cylinder.machine import record_machine
 from ecyl_ros.gap.study.cylinder.stage import Setup, Stage
-from ecyl_ros.gap.verdict import at_floor
 from ecyl_ros.recording.signals import Recording
 
 WANTED = (0.90, 0.99)

@@ -21,11 +21,11 @@ from detection_limits import fitter_of, sheet_alone, true_pulls
 from ecyl_ros.drive.drive_file import load_drive, resolve_drive
 from ecyl_ros.drive.parameters import DriveParameters
 from ecyl_ros.drive.reference.base import Reference
-from ecyl_ros.gap.descent import search
-from ecyl_ros.gap.fit import Fit, Fitter
-from ecyl_ros.gap.replay import SIGNALS
-from ecyl_ros.gap.robust import cost
-from ecyl_ros.gap.stages import FINE, MEDIUM
+from ecyl_ros.gap.fit.descent import search
+from ecyl_ros.gap.fit.fit import Fit, Fitter
+from ecyl_ros.gap.fit.robust import cost
+from ecyl_ros.gap.fit.stages import FINE, MEDIUM
+from ecyl_ros.gap.replay.replay import SIGNALS
 from ecyl_ros.gap.study.cylinder.cases import stated
 from ecyl_ros.gap.study.cylinder.machine import record_machine
 from ecyl_ros.gap.study.cylinder.stage import Setup, Stage

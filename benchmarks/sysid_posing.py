@@ -19,10 +19,10 @@ from ecyl_ros.drive.rigid.driven import pieces
 from ecyl_ros.drive.rigid.machine import Machine
 from ecyl_ros.drive.rigid.machine_file import load_machine
 from ecyl_ros.errors import InputError
+from ecyl_ros.gap.replay.screen import LONGEST_S
 from ecyl_ros.gap.rigid.balance import HELD_OUT_EVERY, Balance
 from ecyl_ros.gap.rigid.motion import Motion, motion_of
 from ecyl_ros.gap.rigid.terms import Catalogue
-from ecyl_ros.gap.screen import LONGEST_S
 from ecyl_ros.gap.study.drives import Choice, RigidDrives
 from ecyl_ros.recording.load import load_stretch
 from ecyl_ros.recording.map_file import load_map

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ecyl_ros.drive.parameters import DriveParameters
-from ecyl_ros.gap.evidence import ReplayEvidence, Smoother
+from ecyl_ros.gap.replay.evidence import ReplayEvidence, Smoother
 from ecyl_ros.recording.signals import Recording
 
 FloatArray = NDArray[np.float64]

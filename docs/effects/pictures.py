@@ -21,8 +21,8 @@ from panels import LEFT, OVER, SPECTRUM, TRACES, Run
 from PIL import Image
 
 from ecyl_ros.drive.parameters import DriveParameters
-from ecyl_ros.gap.evidence import Smoother, gather
-from ecyl_ros.gap.replay import SIGNALS, Replay
+from ecyl_ros.gap.replay.evidence import Smoother, gather
+from ecyl_ros.gap.replay.replay import SIGNALS, Replay
 from ecyl_ros.recording.atomic import replacing
 from ecyl_ros.recording.signals import Recording
 

@@ -13,7 +13,7 @@ from ecyl_ros.drive.drive_file import drive_from_flat, drive_to_flat, load_drive
 from ecyl_ros.drive.engine import VOLTAGE, Simulation, simulate
 from ecyl_ros.effects.catalogue import CATALOGUE
 from ecyl_ros.errors import InputError
-from ecyl_ros.gap.sensor_noise import silent
+from ecyl_ros.gap.replay.sensor_noise import silent
 
 # Section 3 of the contract: name, block, parameters.
 CONTRACT = """

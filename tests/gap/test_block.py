@@ -12,9 +12,9 @@ from ecyl_ros.drive.parameters import Gains, PositionGains
 from ecyl_ros.drive.reference.spec import make_reference
 from ecyl_ros.drive.telemetry import simulation_recording
 from ecyl_ros.effects.effect import BLOCKS
-from ecyl_ros.gap.block import _CONTROLLER, possible_blocks
-from ecyl_ros.gap.locate import by_port
-from ecyl_ros.gap.replay import Replay
+from ecyl_ros.gap.locate.block import _CONTROLLER, possible_blocks
+from ecyl_ros.gap.locate.locate import by_port
+from ecyl_ros.gap.replay.replay import Replay
 from ecyl_ros.gap.study.cylinder.cases import Case, record_case
 
 CASES = [

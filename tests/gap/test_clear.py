@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from sheets import exact
 
-from ecyl_ros.gap import clear
-from ecyl_ros.gap.fit import Fit
+from ecyl_ros.gap.fit.fit import Fit
+from ecyl_ros.gap.judge import clear
 from ecyl_ros.gap.sheet import Sheet
 
 

@@ -10,10 +10,10 @@ from sheets import exact
 
 from ecyl_ros.drive.engine import simulate
 from ecyl_ros.drive.reference.sine import Sine
-from ecyl_ros.gap.coincidence import coincidence
 from ecyl_ros.gap.diagnose import diagnose
-from ecyl_ros.gap.replay import SIGNALS
-from ecyl_ros.gap.sensor_noise import declared_noise
+from ecyl_ros.gap.judge.coincidence import coincidence
+from ecyl_ros.gap.replay.replay import SIGNALS
+from ecyl_ros.gap.replay.sensor_noise import declared_noise
 from ecyl_ros.gap.study.cylinder.cases import Case, record_case
 
 GAIN = 0.2

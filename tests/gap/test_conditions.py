@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from ecyl_ros.gap.conditions import near_reversal, widened
+from ecyl_ros.gap.locate.conditions import near_reversal, widened
 
 
 @pytest.mark.parametrize("samples", [5, 224, 241, 2000])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from ecyl_ros.gap.verdict import NAMED, Standing, confidence, settings, settings_alone
+from ecyl_ros.gap.judge.verdict import NAMED, Standing, confidence, settings, settings_alone
 
 
 def test_several_settings_of_one_controller_may_be_one_that_is_not_known() -> None:

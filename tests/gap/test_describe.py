@@ -19,7 +19,7 @@ from ecyl_ros.drive.drive_file import drive_to_flat, load_drive
 from ecyl_ros.drive.law import Law
 from ecyl_ros.drive.packed import pack
 from ecyl_ros.effects.learned import law_value
-from ecyl_ros.gap.compete import Competition
+from ecyl_ros.gap.compete.compete import Competition
 from ecyl_ros.gap.describe.apply import described, with_description
 from ecyl_ros.gap.describe.axis import Axis, columns, roughness
 from ecyl_ros.gap.describe.choose import Guess, standing
@@ -28,8 +28,8 @@ from ecyl_ros.gap.describe.effect_file import effect_text
 from ecyl_ros.gap.describe.formula import formula
 from ecyl_ros.gap.describe.regress import Regression, Rows, regress
 from ecyl_ros.gap.diagnosis import Diagnosis, Series
-from ecyl_ros.gap.fit import Fitter
-from ecyl_ros.gap.replay import Replay
+from ecyl_ros.gap.fit.fit import Fitter
+from ecyl_ros.gap.replay.replay import Replay
 from ecyl_ros.gap.report.page import report_html
 from ecyl_ros.gap.report.terminal import summary
 from ecyl_ros.gap.split import held_out_of
@@ -37,7 +37,7 @@ from ecyl_ros.gap.study.case import Case
 from ecyl_ros.gap.study.cylinder.cases import complete_case, record_case, stated
 from ecyl_ros.gap.study.cylinder.unnamed import UNNAMED
 from ecyl_ros.gap.study.score.laws import covered, of_right, port_right
-from ecyl_ros.gap.twin import write_twin
+from ecyl_ros.gap.twin.closer import write_twin
 
 DRIVE = load_drive("bench")
 SHEET = 0.02

@@ -7,9 +7,9 @@ from concurrent.futures import ThreadPoolExecutor
 import pytest
 from sheets import exact
 
-from ecyl_ros.gap.candidates import Candidates
-from ecyl_ros.gap.fit import Fitter
-from ecyl_ros.gap.replay import Replay
+from ecyl_ros.gap.compete.candidates import Candidates
+from ecyl_ros.gap.fit.fit import Fitter
+from ecyl_ros.gap.replay.replay import Replay
 from ecyl_ros.gap.split import held_out
 from ecyl_ros.gap.study.cylinder.cases import Case, record_case
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import pytest
 from sheets import exact
 
-from ecyl_ros.gap.fit import Fit, Fitter
-from ecyl_ros.gap.joint import joined
-from ecyl_ros.gap.replay import Replay
+from ecyl_ros.gap.compete.joint import joined
+from ecyl_ros.gap.fit.fit import Fit, Fitter
+from ecyl_ros.gap.replay.replay import Replay
 from ecyl_ros.gap.split import held_out
 from ecyl_ros.gap.study.cylinder.cases import Case, record_case
 

@@ -13,7 +13,7 @@ from ecyl_ros.gap.diagnose import diagnose
 from ecyl_ros.gap.report.terminal import summary
 from ecyl_ros.gap.study.case import Case
 from ecyl_ros.gap.study.cylinder.cases import record_case
-from ecyl_ros.gap.twin import write_twin
+from ecyl_ros.gap.twin.closer import write_twin
 
 LEFT_OUT = ("transmission.backlash", "transmission.stiffness", "transmission.contact_damping")
 

@@ -15,13 +15,14 @@ from ecyl_ros.drive.parameters import DriveParameters
 from ecyl_ros.drive.reference.moves import Moves
 from ecyl_ros.drive.telemetry import simulation_recording
 from ecyl_ros.gap.diagnose import diagnose
-from ecyl_ros.gap.fit import Fitter
-from ecyl_ros.gap.limits.cylinder import Seen, seen_by
+from ecyl_ros.gap.fit.fit import Fitter
+from ecyl_ros.gap.fit.robust import robust_squares
+from ecyl_ros.gap.judge.verdict import at_floor
+from ecyl_ros.gap.limits.cylinder import seen_by
 from ecyl_ros.gap.limits.loss import rise
-from ecyl_ros.gap.replay import Replay
-from ecyl_ros.gap.robust import robust_squares
+from ecyl_ros.gap.limits.seen import Seen
+from ecyl_ros.gap.replay.replay import Replay
 from ecyl_ros.gap.split import held_out
-from ecyl_ros.gap.verdict import at_floor
 from ecyl_ros.recording.signals import Recording
 
 MOVES = Moves((0.004, -0.002, 0.001), speed=0.05, acceleration=1.0, jerk=50.0)

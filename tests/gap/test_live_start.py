@@ -14,7 +14,7 @@ from ecyl_ros.drive.packed import pack
 from ecyl_ros.drive.parameters import Gains, PositionGains
 from ecyl_ros.drive.plant import MEASURED
 from ecyl_ros.gap.live.start import state_from
-from ecyl_ros.gap.sensor_noise import declared_noise
+from ecyl_ros.gap.replay.sensor_noise import declared_noise
 
 CONTROLLERS = {
     "cascade": {},

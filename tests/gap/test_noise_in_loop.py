@@ -12,9 +12,9 @@ from ecyl_ros.drive.engine import simulate
 from ecyl_ros.drive.reference.moves import plan_move
 from ecyl_ros.drive.telemetry import simulation_recording
 from ecyl_ros.gap.diagnose import diagnose
-from ecyl_ros.gap.fit import Fitter
-from ecyl_ros.gap.replay import Replay
-from ecyl_ros.gap.robust import misfit
+from ecyl_ros.gap.fit.fit import Fitter
+from ecyl_ros.gap.fit.robust import misfit
+from ecyl_ros.gap.replay.replay import Replay
 from ecyl_ros.gap.split import held_out
 from ecyl_ros.recording.signals import Recording
 

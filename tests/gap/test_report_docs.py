@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from ecyl_ros.gap import split, verdict
+from ecyl_ros.gap import split
 from ecyl_ros.gap.diagnosis import VERDICTS
+from ecyl_ros.gap.judge import verdict
 
 PAGE = (Path(__file__).parents[2] / "docs" / "diagnosis.md").read_text()
 

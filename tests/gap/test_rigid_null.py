@@ -10,7 +10,7 @@ from rigid_machines import LINEAR, RATE_HZ, ROTARY, Motion, motion, recorded
 
 from ecyl_ros.drive.rigid.machine_file import load_machine
 from ecyl_ros.gap.diagnose import diagnose
-from ecyl_ros.gap.twin import write_twin
+from ecyl_ros.gap.twin.closer import write_twin
 
 M = motion(0.1)
 S = np.sign(M.v)

@@ -17,7 +17,7 @@ from ecyl_ros.drive.rigid.machine_file import load_machine
 from ecyl_ros.effects.catalogue import RIGID
 from ecyl_ros.errors import InputError
 from ecyl_ros.gap.diagnose import diagnose
-from ecyl_ros.gap.twin import write_twin
+from ecyl_ros.gap.twin.closer import write_twin
 from ecyl_ros.recording.csvfile import write_csv
 
 HEAD = "# My drive.\n/**:\n  ros__parameters:\n    drive: {kind: rigid, output: %s}\n"

@@ -10,9 +10,9 @@ from sheets import exact
 
 from ecyl_ros.drive.engine import simulate
 from ecyl_ros.drive.telemetry import simulation_recording
-from ecyl_ros.gap.fit import Fitter
-from ecyl_ros.gap.replay import Replay
-from ecyl_ros.gap.ringing import Ringing
+from ecyl_ros.gap.compete.ringing import Ringing
+from ecyl_ros.gap.fit.fit import Fitter
+from ecyl_ros.gap.replay.replay import Replay
 from ecyl_ros.gap.split import held_out
 
 DRIVE = exact("bench")

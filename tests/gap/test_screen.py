@@ -13,8 +13,8 @@ from ecyl_ros.drive.reference.spec import make_reference
 from ecyl_ros.drive.telemetry import simulation_recording
 from ecyl_ros.errors import InputError
 from ecyl_ros.gap.diagnose import diagnose
-from ecyl_ros.gap.replay import Replay
-from ecyl_ros.gap.sensor_noise import roughness
+from ecyl_ros.gap.replay.replay import Replay
+from ecyl_ros.gap.replay.sensor_noise import roughness
 from ecyl_ros.recording.signals import SIGNALS, Recording
 
 

@@ -14,7 +14,7 @@ from mcap_ros2.decoder import DecoderFactory
 from report_samples import of_each_verdict
 
 from ecyl_ros.errors import InputError
-from ecyl_ros.gap.replay import SIGNALS
+from ecyl_ros.gap.replay.replay import SIGNALS
 from ecyl_ros.gap.report.layouts import layouts
 from ecyl_ros.gap.report.scrub import ROOT, WINDOW_S, topic, write_scrub
 from ecyl_ros.nodes import wire

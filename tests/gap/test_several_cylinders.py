@@ -18,7 +18,7 @@ from ecyl_ros.drive.telemetry import simulation_recording
 from ecyl_ros.effects.catalogue import CATALOGUE
 from ecyl_ros.errors import InputError
 from ecyl_ros.gap.diagnosis import Diagnosis
-from ecyl_ros.gap.replay import Replay
+from ecyl_ros.gap.replay.replay import Replay
 from ecyl_ros.gap.report.page import report_html
 from ecyl_ros.gap.report.terminal import summary
 from ecyl_ros.gap.several.joined_replay import JoinedReplay

@@ -7,9 +7,9 @@ import math
 import pytest
 from sheets import exact
 
-from ecyl_ros.gap.descent import polish, search
-from ecyl_ros.gap.fit import Fitter
-from ecyl_ros.gap.replay import Replay
+from ecyl_ros.gap.fit.descent import polish, search
+from ecyl_ros.gap.fit.fit import Fitter
+from ecyl_ros.gap.replay.replay import Replay
 from ecyl_ros.gap.split import held_out
 from ecyl_ros.gap.study.cylinder.cases import Case, Stage, record_case
 

@@ -10,12 +10,12 @@ import pytest
 from sheets import exact
 
 from ecyl_ros.effects.catalogue import CATALOGUE
+from ecyl_ros.gap.compete.strain import strains
 from ecyl_ros.gap.diagnose import diagnose
-from ecyl_ros.gap.fit import Fit
-from ecyl_ros.gap.gram import weighted_products
+from ecyl_ros.gap.fit.fit import Fit
+from ecyl_ros.gap.fit.gram import weighted_products
+from ecyl_ros.gap.judge.strained import strained
 from ecyl_ros.gap.sheet import Sheet
-from ecyl_ros.gap.strain import strains
-from ecyl_ros.gap.strained import strained
 from ecyl_ros.gap.study.case import Case
 from ecyl_ros.gap.study.cylinder.cases import record_case, stated
 from ecyl_ros.gap.study.cylinder.sheet import true_constants

@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 from sheets import exact
 
-from ecyl_ros.gap.block import unnamed_block
-from ecyl_ros.gap.compete import Competition
-from ecyl_ros.gap.fit import Fitter
-from ecyl_ros.gap.injection import acts_on_load
-from ecyl_ros.gap.locate import by_port
-from ecyl_ros.gap.replay import Replay
-from ecyl_ros.gap.signature import goes_with_current, goes_with_encoder, limit_reached
+from ecyl_ros.gap.compete.compete import Competition
+from ecyl_ros.gap.fit.fit import Fitter
+from ecyl_ros.gap.locate.block import unnamed_block
+from ecyl_ros.gap.locate.injection import acts_on_load
+from ecyl_ros.gap.locate.locate import by_port
+from ecyl_ros.gap.locate.signature import goes_with_current, goes_with_encoder, limit_reached
+from ecyl_ros.gap.replay.replay import Replay
 from ecyl_ros.gap.split import held_out
 from ecyl_ros.gap.study.cylinder.cases import Case, record_case
 

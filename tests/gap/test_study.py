@@ -129,6 +129,14 @@ def test_abstaining_is_never_wrong_and_never_right() -> None:
     assert found["no gap: no false alarm"].value == 0.0
 
 
+def test_saying_that_noise_hides_a_healthy_machine_is_no_alarm_and_no_judgement() -> None:
+    """`not_judgeable` on a machine without a fault reports no gap, and counts as not judged."""
+    healthy = next(case for case in CASES if case.kind == "none")
+    found = _figures([(healthy, _outcome(healthy, _said({}, verdict="not_judgeable")))])
+    assert found["no gap: no false alarm"].right == 1
+    assert found["   and it was judged"].right == 0
+
+
 def test_an_effect_beyond_the_contract_is_right_under_the_diagnosis_own_name() -> None:
     """A jam that the diagnosis may know is `local_jam`; any other name for it is wrong."""
     case = Case(0, 4, "beyond", OUTSIDE.effects)

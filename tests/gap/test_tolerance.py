@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from sheets import exact
 
-from ecyl_ros.gap.tolerance import traces
+from ecyl_ros.gap.judge.tolerance import traces
 
 DELAY = {"actuation_delay": {"delay_s": 1.4e-4}}
 

@@ -12,10 +12,10 @@ from ecyl_ros.drive.drive_file import load_drive
 from ecyl_ros.drive.engine import simulate
 from ecyl_ros.drive.reference.sine import Sine
 from ecyl_ros.drive.telemetry import simulation_recording
-from ecyl_ros.gap.fit import Fit, Fitter
-from ecyl_ros.gap.intervals import intervals
-from ecyl_ros.gap.replay import Replay
-from ecyl_ros.gap.torque_scale import TorqueScale, of_torque
+from ecyl_ros.gap.fit.fit import Fit, Fitter
+from ecyl_ros.gap.fit.torque_scale import TorqueScale, of_torque
+from ecyl_ros.gap.judge.intervals import intervals
+from ecyl_ros.gap.replay.replay import Replay
 
 DRIVE = load_drive("bench")
 TRUE = {"load_coulomb_friction": {"coulomb_nm": 0.15}, "constant_load": {"force_n": 40.0}}

@@ -12,8 +12,8 @@ from report_samples import backlash, coulomb, diagnosis
 from ecyl_ros.drive.drive_file import config_folder, load_drive, profiles
 from ecyl_ros.errors import InputError
 from ecyl_ros.gap.diagnosis import SheetValue
-from ecyl_ros.gap.drive_text import add_effects
-from ecyl_ros.gap.twin import write_twin
+from ecyl_ros.gap.twin.closer import write_twin
+from ecyl_ros.gap.twin.drive_text import add_effects
 
 BOTH = diagnosis("explained", (coulomb(), backlash()))
 BENCH = (config_folder() / "bench.yaml").read_text()

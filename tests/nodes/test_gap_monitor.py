@@ -26,7 +26,7 @@ from ecyl_ros.drive.parameters import DriveParameters
 from ecyl_ros.drive.reference.spec import make_reference
 from ecyl_ros.drive.telemetry import simulation_recording
 from ecyl_ros.gap.live.monitor import MEASURED_TOPICS, REFERENCE, REFERENCE_SIGNALS, Monitor
-from ecyl_ros.gap.sensor_noise import silent
+from ecyl_ros.gap.replay.sensor_noise import silent
 from ecyl_ros.nodes.gap_monitor import GapMonitor
 from ecyl_ros.recording import cdr
 from ecyl_ros.recording.signals import Recording

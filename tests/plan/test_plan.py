@@ -14,7 +14,7 @@ from ecyl_ros.cli.main import main
 from ecyl_ros.drive.drive_file import load_drive
 from ecyl_ros.drive.reference.planned import Leg, Planned
 from ecyl_ros.errors import InputError
-from ecyl_ros.gap.replay import SIGNALS
+from ecyl_ros.gap.replay.replay import SIGNALS
 from ecyl_ros.plan.blocks import library
 from ecyl_ros.plan.hypotheses import read_open
 from ecyl_ros.plan.make import make_plan

@@ -15,7 +15,7 @@ from ..errors import InputError
 from ..gap.diagnose import diagnose as judge
 from ..gap.diagnosis import Diagnosis
 from ..gap.long_run import MOST_STRETCHES, diagnose_long
-from ..gap.screen import LONGEST_S
+from ..gap.replay.screen import LONGEST_S
 from ..gap.several.together import check_together, diagnose_together
 from ..recording.load import LongRecording, load_long, load_stretch, long_or_whole
 from ..recording.map import SignalMap

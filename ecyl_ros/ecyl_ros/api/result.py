@@ -16,7 +16,7 @@ from ..gap.report.page import write_report
 from ..gap.report.scrub import write_scrub
 from ..gap.report.terminal import summary
 from ..gap.report.verdict import sentence
-from ..gap.twin import write_twin
+from ..gap.twin.closer import write_twin
 from ..recording.atomic import write_text
 
 if TYPE_CHECKING:

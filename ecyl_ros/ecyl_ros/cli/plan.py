@@ -179,7 +179,7 @@ def _asked(
     import itertools
 
     from ..effects.catalogue import CATALOGUE
-    from ..gap.replay import SIGNALS
+    from ..gap.replay.replay import SIGNALS
     from ..plan.hypotheses import read_open
 
     every = tuple(one.name for one in SIGNALS)

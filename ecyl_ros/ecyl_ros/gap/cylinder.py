@@ -12,23 +12,19 @@ from ..drive.parameters import DriveParameters
 from ..drive.stability import check_stability
 from ..effects.catalogue import CATALOGUE
 from ..recording.signals import Recording
-from .block import unnamed_block
-from .clear import without_strained, without_unclear
-from .coincidence import Coincidence, without_coincidence
-from .compete import Competition, compete
-from .constancy import Inconstancy, without_effects, without_stand_ins
+from .compete.compete import Competition, compete
+from .compete.earn import AT_FLOOR, EXCUSED, at_noise, gone
 from .describe.apply import with_description
 from .diagnosis import Candidate, Cause, Diagnosis, FittedParameter, Series, SheetValue
-from .earn import AT_FLOOR, EXCUSED, at_noise, gone
-from .fit import Fit, Fitter
-from .intervals import intervals
-from .left_out import costs, not_to_be_judged, with_coupling
-from .limits.cylinder import limits_of
-from .locate import by_condition, by_frequency, by_port, by_signal, pooled, pooled_ports
-from .replay import BoolArray, Replay
-from .robust import misfit
-from .tolerance import without_traces
-from .verdict import (
+from .fit.fit import Fit, Fitter
+from .fit.left_out import costs, not_to_be_judged, with_coupling
+from .fit.robust import misfit
+from .judge.clear import without_strained, without_unclear
+from .judge.coincidence import Coincidence, without_coincidence
+from .judge.constancy import Inconstancy, without_effects, without_stand_ins
+from .judge.intervals import intervals
+from .judge.tolerance import without_traces
+from .judge.verdict import (
     HELPS,
     NAMED,
     SEEN,
@@ -44,6 +40,10 @@ from .verdict import (
     standing,
     verdict_of,
 )
+from .limits.cylinder import limits_of
+from .locate.block import unnamed_block
+from .locate.locate import by_condition, by_frequency, by_port, by_signal, pooled, pooled_ports
+from .replay.replay import BoolArray, Replay
 
 
 @dataclass(frozen=True, eq=False)

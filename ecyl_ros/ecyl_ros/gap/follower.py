@@ -21,7 +21,6 @@ from ..drive.compiled import kernel
 from ..drive.rigid.machine import Machine
 from ..errors import InputError
 from ..recording.signals import Recording
-from .conditions import shares
 from .diagnosis import (
     BoolArray,
     ConditionShare,
@@ -31,9 +30,10 @@ from .diagnosis import (
     Series,
     SignalGap,
 )
+from .judge.verdict import NO_GAP_RATIO, verdict_of
+from .locate.conditions import shares
 from .rigid.balance import HELD_OUT_EVERY, stretch_length
 from .rigid.motion import Motion, motion_of
-from .verdict import NO_GAP_RATIO, verdict_of
 
 _LONGEST_LAG_S = 0.6
 _GRID = 41  # lags and widths of a scan

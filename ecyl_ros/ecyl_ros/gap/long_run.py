@@ -14,11 +14,11 @@ from ..recording.signals import Recording
 from ..recording.stretch import Stretch
 from .diagnose import diagnose
 from .diagnosis import Diagnosis, StretchGap
-from .fit import Fit, Fitter, Values
-from .replay import Replay
-from .robust import cost, misfit
+from .fit.fit import Fit, Fitter, Values
+from .fit.robust import cost, misfit
+from .judge.verdict import STRUCTURELESS, at_floor
+from .replay.replay import Replay
 from .split import held_out
-from .verdict import STRUCTURELESS, at_floor
 
 MOST_STRETCHES = 12
 _NEAR_LARGEST = 0.5  # of the largest misfit: among such gaps the liveliest stretch tells most

@@ -23,7 +23,7 @@ from ..drive.stability import check_stability
 from ..errors import InputError
 from ..gap.live.monitor import MEASURED_TOPICS, REFERENCE, REFERENCE_SIGNALS, Monitor, rehearse
 from ..gap.live.window import GapNow
-from ..gap.replay import SIGNALS, FloatArray
+from ..gap.replay.replay import SIGNALS, FloatArray
 from ..recording import cdr
 from ..recording.topics import CURRENT, JOINT_STATE, JOINT_STATES, VECTOR3_STAMPED, VOLTAGE
 from ..recording.topics import REFERENCE as REFERENCE_TOPIC

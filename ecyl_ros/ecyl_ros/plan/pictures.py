@@ -8,7 +8,7 @@ import matplotlib
 import numpy as np
 from matplotlib.figure import Figure
 
-from ..gap.replay import SIGNALS, FloatArray
+from ..gap.replay.replay import SIGNALS, FloatArray
 from .hypotheses import Hypothesis
 from .make import Plan
 

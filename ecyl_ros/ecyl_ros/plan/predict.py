@@ -15,13 +15,13 @@ from ..drive.parameters import DriveParameters
 from ..drive.reference.base import Reference
 from ..drive.telemetry import simulation_recording
 from ..errors import InputError
-from ..gap.fit import Fitter
+from ..gap.fit.fit import Fitter
 from ..gap.limits.columns import Base
 from ..gap.limits.cylinder import seen_by
 from ..gap.limits.limit import Limit
 from ..gap.limits.pairs import separation
-from ..gap.replay import SIGNALS, FloatArray, Replay
-from ..gap.sensor_noise import declared_noise
+from ..gap.replay.replay import SIGNALS, FloatArray, Replay
+from ..gap.replay.sensor_noise import declared_noise
 from ..gap.split import held_out
 from .hypotheses import Hypothesis, Pair
 

@@ -22,7 +22,7 @@ from ..drive.reference.planned import Leg, Planned
 from ..errors import InputError
 from ..gap.limits.columns import Base
 from ..gap.limits.loss import weights
-from ..gap.replay import FloatArray
+from ..gap.replay.replay import FloatArray
 from .blocks import Block, library
 from .hypotheses import Hypothesis, Pair
 from .predict import Experiment, peaks, predicted, response, separations

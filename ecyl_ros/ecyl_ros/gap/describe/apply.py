@@ -8,12 +8,12 @@ from collections.abc import Callable
 
 import numpy as np
 
-from ..compete import Competition
+from ..compete.compete import Competition
 from ..diagnosis import Diagnosis, SheetValue
-from ..fit import Fitter
-from ..locate import by_signal, pooled
-from ..robust import misfit
-from ..verdict import SEEN
+from ..fit.fit import Fitter
+from ..fit.robust import misfit
+from ..judge.verdict import SEEN
+from ..locate.locate import by_signal, pooled
 from .describe import Described, as_fit, describe
 from .words import BLOCKS
 

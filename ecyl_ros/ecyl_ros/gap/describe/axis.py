@@ -14,7 +14,7 @@ import numpy as np
 from ...drive.compiled import kernel
 from ...drive.law import PERIODS
 from ...effects.learned import places
-from ..replay import FloatArray
+from ..replay.replay import FloatArray
 
 # Places of the axis of a law of one variable, and of each of two.
 ALONE = {"position": 48, "rotor_angle": 48, "screw_angle": 48, "heat": 12, "direction": 2}

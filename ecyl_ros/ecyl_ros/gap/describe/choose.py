@@ -16,8 +16,8 @@ import numpy as np
 from scipy.signal import savgol_filter
 
 from ...drive.law import PERIODS, Law
-from ..replay import BoolArray, FloatArray
-from ..robust import LOSS_SCALE, robust_weights
+from ..fit.robust import LOSS_SCALE, robust_weights
+from ..replay.replay import BoolArray, FloatArray
 from ..sheet import EVIDENCE_PER_S
 from .axis import Axis, columns, roughness
 from .missing import ROD, TORQUE, VOLTAGE, Missing

@@ -18,13 +18,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...drive.law import PERIODS
-from ..compete import Competition
-from ..earn import earns
-from ..fit import Fit, Fitter
-from ..locate import pooled
-from ..replay import FloatArray
-from ..robust import misfit
-from ..verdict import HELPS
+from ..compete.compete import Competition
+from ..compete.earn import earns
+from ..fit.fit import Fit, Fitter
+from ..fit.robust import misfit
+from ..judge.verdict import HELPS
+from ..locate.locate import pooled
+from ..replay.replay import FloatArray
 from . import words
 from .chance import LEVEL, probability
 from .choose import Balance, Choice, Guess, balances_of, choose

@@ -14,7 +14,7 @@ from collections.abc import Callable
 import numpy as np
 
 from ...drive.law import PERIODS, Law
-from ..replay import FloatArray
+from ..replay.replay import FloatArray
 
 _MOST_TERMS = 4
 _AS_WELL = 0.05  # of the table's RMS

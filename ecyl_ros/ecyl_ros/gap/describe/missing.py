@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.signal import savgol_coeffs
 
-from ..evidence import Smoother
-from ..replay import BoolArray, FloatArray, Replay
+from ..replay.evidence import Smoother
+from ..replay.replay import BoolArray, FloatArray, Replay
 from ..sheet import Sheet
 from .motion import Motion
 

@@ -12,8 +12,8 @@ from scipy.signal import lfilter
 
 from ...drive.engine import LOAD
 from ...drive.law import PERIODS
-from ..evidence import Smoother
-from ..replay import SIGNALS, BoolArray, FloatArray, Replay
+from ..replay.evidence import Smoother
+from ..replay.replay import SIGNALS, BoolArray, FloatArray, Replay
 from ..split import STRETCH_S
 
 HEAT_S = (0.5, 1.5, 5.0)  # time constants of heat that are tried, s

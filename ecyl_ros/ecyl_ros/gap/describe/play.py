@@ -16,13 +16,13 @@ import numpy as np
 from scipy.linalg import eigh
 
 from ...drive.law import Law
-from ..earn import AT_FLOOR
-from ..fit import CONVERGED, Fitter
-from ..gram import weighted_products
-from ..newton import Differences, Map, Objective, descend
-from ..replay import FloatArray
-from ..robust import LOSS_SCALE, cost, robust_weights
-from ..stages import COARSE, FINE, MEDIUM, Stage
+from ..compete.earn import AT_FLOOR
+from ..fit.fit import CONVERGED, Fitter
+from ..fit.gram import weighted_products
+from ..fit.newton import Differences, Map, Objective, descend
+from ..fit.robust import LOSS_SCALE, cost, robust_weights
+from ..fit.stages import COARSE, FINE, MEDIUM, Stage
+from ..replay.replay import FloatArray
 from .axis import roughness
 from .choose import Guess
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..replay import FloatArray
+from ..replay.replay import FloatArray
 
 # Smoothness that is tried, as the weight of the roughness over that of a squared residual.
 SMOOTH = 10.0 ** np.arange(-5.0, 4.0)

@@ -12,10 +12,10 @@ import numpy as np
 
 from ...effects.catalogue import EFFECTS, RIGID
 from ...effects.term import Term
+from ..compete.strain import STRAINED
 from ..diagnosis import Diagnosis, FloatArray
+from ..judge.verdict import EXPLAINED_SHRINK, STRUCTURELESS, shrink_of
 from ..rigid.judge import Judgement
-from ..strain import STRAINED
-from ..verdict import EXPLAINED_SHRINK, STRUCTURELESS, shrink_of
 from . import words
 from .chance import LEVEL, probability
 from .choose import Balance, Choice, choose

@@ -16,10 +16,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...effects.catalogue import CATALOGUE
-from ..earn import AT_FLOOR, LEAST, WORTH
-from ..replay import BoolArray, FloatArray
-from ..strain import STRAINED, UNSEEN, effect_of
-from ..verdict import NO_GAP_RATIO
+from ..compete.earn import AT_FLOOR, LEAST, WORTH
+from ..compete.strain import STRAINED, UNSEEN, effect_of
+from ..judge.verdict import NO_GAP_RATIO
+from ..replay.replay import BoolArray, FloatArray
 from .columns import Base
 from .loss import weights
 

@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...effects.catalogue import CATALOGUE
-from ..coordinate import Coordinate, is_phase, quantities
-from ..fit import Fit, Fitter
-from ..replay import BoolArray, FloatArray
+from ..fit.coordinate import Coordinate, is_phase, quantities
+from ..fit.fit import Fit, Fitter
+from ..replay.replay import BoolArray, FloatArray
 from .probes import Probe, Values, rows_of
 
 _ROWS = 3000  # of each signal at the most: more say no more of a ratio

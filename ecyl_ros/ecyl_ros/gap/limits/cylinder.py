@@ -6,18 +6,17 @@ import math
 import os
 from collections.abc import Collection, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
 
 import numpy as np
 
 from ...effects.catalogue import CATALOGUE
-from ..fit import Fit, Fitter
-from ..replay import FloatArray
+from ..fit.fit import Fit, Fitter
 from .chance import CHANCE, Machines, Visible
 from .columns import Base
 from .limit import Alike, Limit
 from .pairs import alike
 from .probes import Probe, Scale, probes
+from .seen import Seen
 
 # Real faults differ from the model's form, and the linear look from the fit: with this the study
 # (benchmarks/detection_limits.py) sees 95 of 100; without it 92, with 1.1 it sees 98.
@@ -26,24 +25,6 @@ _NEAR = 1.6  # factor within which the size looked at is the smallest that is se
 _LOOKS = 5  # at the most
 _LEAST_CAP, _CAP_LOOKS = 1e-3, 9  # share of what is asked for; halvings of its logarithm
 _FARTHER = 30.0  # factor of the size from one look to the next at the most
-
-
-@dataclass(frozen=True, eq=False)
-class Seen:
-    """A probe at the smallest size that is seen, and its response there, float64[1 or 2, m]."""
-
-    probe: Probe
-    size: float
-    response: FloatArray
-
-    @property
-    def limit(self) -> Limit:
-        """As it is said; without a size where none is seen."""
-        one = self.probe
-        size = self.size if math.isfinite(self.size) else None
-        return Limit(
-            one.effect, one.quantity.name, one.quantity.unit, size, one.neutral, one.side, one.at
-        )
 
 
 def seen_by(

@@ -4,19 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ...effects.catalogue import CATALOGUE
-from ..replay import FloatArray
-from ..verdict import INDISTINCT
+from ..judge.verdict import INDISTINCT
+from ..replay.replay import FloatArray
 from .columns import Base
 from .limit import Alike
 from .loss import rise, weights
-
-if TYPE_CHECKING:
-    from .cylinder import Seen
+from .seen import Seen
 
 _ROUNDS = 4
 _THIN = 4  # rows from one that is glimpsed at to the next

@@ -13,7 +13,7 @@ from ...drive.parameters import DriveParameters
 from ...drive.tolerances import constants_of, half_widths
 from ...effects.catalogue import CATALOGUE
 from ...effects.effect import Quantity
-from ..replay import Constants, Effects, Replay
+from ..replay.replay import Constants, Effects, Replay
 
 Values = dict[str, float]
 

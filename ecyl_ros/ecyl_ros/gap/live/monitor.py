@@ -10,8 +10,8 @@ import numpy as np
 from ...drive.engine import MEASUREMENT, VOLTAGE
 from ...drive.parameters import DriveParameters
 from ...drive.plant import MEASURED
-from ..replay import FloatArray
-from ..sensor_noise import declared_noise
+from ..replay.replay import FloatArray
+from ..replay.sensor_noise import declared_noise
 from .start import settling_time_s, state_from
 from .streams import StampArray, Stream, Streams
 from .twin import Twin

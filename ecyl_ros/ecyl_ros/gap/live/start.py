@@ -11,8 +11,8 @@ import numpy as np
 from ...drive.parameters import DriveParameters
 from ...drive.plant import initial_state
 from ...drive.stability import closed_loop_matrix
-from ..loop_state import loop_integrals
-from ..replay import FloatArray
+from ..replay.loop_state import loop_integrals
+from ..replay.replay import FloatArray
 
 _NEAR = 10.0  # noise standard deviations within which the rod is where it is wanted
 _STILL = 6.0  # the same for speed and current that are zero
@@ -57,7 +57,8 @@ def state_from(
     """The state that one sample shows.
 
     first: signals by their names in `Recording`, NaN where unknown. wanted_m, wanted_m_per_s: the
-    reference at that instant. noise: standard deviations by the names of `gap.replay.SIGNALS`.
+    reference at that instant. noise: standard deviations by the names of
+    `gap.replay.replay.SIGNALS`.
     What is not measured is taken as it would be on the way the reference goes.
     """
     ratio = drive.transmission.rod_per_rotor

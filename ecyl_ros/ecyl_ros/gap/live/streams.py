@@ -11,7 +11,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from ..replay import FloatArray
+from ..replay.replay import FloatArray
 
 StampArray = NDArray[np.int64]
 

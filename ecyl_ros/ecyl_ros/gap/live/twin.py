@@ -10,8 +10,8 @@ from ...drive.engine import COLUMNS, run_ticks
 from ...drive.packed import pack
 from ...drive.parameters import DriveParameters
 from ...drive.plant import MEASURED, voltage_queue
-from ..replay import FloatArray
-from ..sensor_noise import declared_noise, silent
+from ..replay.replay import FloatArray
+from ..replay.sensor_noise import declared_noise, silent
 from .start import State
 from .streams import StampArray
 

@@ -12,11 +12,11 @@ import numpy as np
 
 from ...drive.parameters import DriveParameters
 from ...recording.signals import Recording
-from ..block import possible_blocks
 from ..diagnosis import ConditionShare, PortCheck
-from ..locate import by_condition, by_port
-from ..replay import NOMINAL, SIGNALS, Constants, Effects, FloatArray, Replay
-from ..sensor_noise import declared_noise, silent
+from ..locate.block import possible_blocks
+from ..locate.locate import by_condition, by_port
+from ..replay.replay import NOMINAL, SIGNALS, Constants, Effects, FloatArray, Replay
+from ..replay.sensor_noise import declared_noise, silent
 from .streams import StampArray
 
 # A gap is what stands this far above what noise leaves.

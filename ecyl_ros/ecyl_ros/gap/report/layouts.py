@@ -18,7 +18,7 @@ from typing import Any
 from xml.etree import ElementTree as Xml
 
 from ...recording.topics import CURRENT, JOINT_STATES, REFERENCE, VOLTAGE
-from ..replay import SIGNALS
+from ..replay.replay import SIGNALS
 from . import words
 from .scrub import CURVES, EVENTS, MISFIT, SUMMARY, topic
 from .scrub import REFERENCE as SCRUB_REFERENCE

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ..diagnosis import Cause, ConditionShare, Diagnosis, SignalGap
-from ..verdict import shrink_of
+from ..judge.verdict import shrink_of
 from . import law as law_words
 from . import quantities as q
 from . import together, words

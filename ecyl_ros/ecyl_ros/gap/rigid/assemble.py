@@ -13,8 +13,8 @@ from ...drive.rigid.machine import Machine
 from ...effects.catalogue import CATALOGUE
 from ...recording.signals import Recording
 from ..diagnosis import Candidate, Cause, Diagnosis, FittedParameter, FloatArray, Series, SignalGap
+from ..judge.verdict import ranked
 from ..limits.rigid import rigid_limits
-from ..verdict import ranked
 from .closest import closest
 from .judge import Judgement, Ruling
 from .locate import by_condition, by_frequency, by_port

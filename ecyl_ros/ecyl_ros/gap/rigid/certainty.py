@@ -11,7 +11,7 @@ import numpy as np
 from ...effects.catalogue import EFFECTS
 from ...effects.term import Term
 from ..diagnosis import BoolArray
-from ..verdict import RARER
+from ..judge.verdict import RARER
 from .balance import Balance, beside
 from .contest import Contest
 from .solution import Solution

@@ -13,7 +13,7 @@ from ...effects import constant_load, load_coulomb_friction, load_viscous_fricti
 from ...effects.catalogue import EFFECTS
 from ...effects.term import Term
 from ..diagnosis import Cause, FittedParameter
-from ..verdict import (
+from ..judge.verdict import (
     HELPS,
     NAMED,
     NO_GAP_RATIO,

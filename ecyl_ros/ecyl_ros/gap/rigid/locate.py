@@ -6,8 +6,8 @@ import numpy as np
 from scipy.signal import welch
 
 from ...effects.along import Along
-from ..conditions import near_reversal, shares, strongest_lines
 from ..diagnosis import ConditionShare, PortCheck
+from ..locate.conditions import near_reversal, shares, strongest_lines
 from .balance import Balance
 from .noise import effort_noise
 from .solution import Solution

@@ -17,8 +17,8 @@ from ...effects import actuation_delay
 from ...effects.apart import apart
 from ...effects.catalogue import RIGID, rigid_forms
 from ...effects.term import Term
+from ..compete.strain import STRAINED, UNSEEN
 from ..diagnosis import BoolArray, FloatArray
-from ..strain import STRAINED, UNSEEN
 from .balance import ROUNDS, Balance
 from .solution import Solution
 from .terms import Catalogue

@@ -11,8 +11,8 @@ import numpy as np
 from ...effects import constant_load
 from ...effects.catalogue import RIGID
 from ...effects.term import Left, Term
+from ..compete.strain import STRAINED
 from ..diagnosis import FloatArray
-from ..strain import STRAINED
 from .floor import pairs
 from .null import Null
 from .search import left_by

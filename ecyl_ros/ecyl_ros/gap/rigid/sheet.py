@@ -9,7 +9,7 @@ from ...drive.rigid.units import Units
 from ...effects.catalogue import RIGID
 from ...effects.term import Interval, Term
 from ..diagnosis import SheetValue
-from ..verdict import SEEN
+from ..judge.verdict import SEEN
 
 
 def sheet_value(

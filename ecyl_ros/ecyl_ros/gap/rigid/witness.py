@@ -12,7 +12,7 @@ from collections.abc import Sequence
 
 from ...drive.rigid.model import Model
 from ...effects.term import Term
-from ..verdict import STRUCTURELESS
+from ..judge.verdict import STRUCTURELESS
 from .judge import Ruling
 from .replay import Replay
 

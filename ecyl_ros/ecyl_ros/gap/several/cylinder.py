@@ -18,19 +18,19 @@ from ...drive.parameters import DriveParameters
 from ...drive.stability import check_stability
 from ...effects.catalogue import CATALOGUE
 from ...recording.signals import Recording
-from ..clear import unclear
+from ..compete.earn import at_noise, earns
 from ..cylinder import Judged, assembled, judged, sheet_of
 from ..describe.apply import with_description
 from ..diagnosis import Diagnosis
-from ..earn import at_noise, earns
-from ..fit import Fit, Fitter
-from ..intervals import intervals
+from ..fit.fit import Fit, Fitter
+from ..fit.stages import COARSE, FINE, MEDIUM
+from ..judge.clear import unclear
+from ..judge.intervals import intervals
+from ..judge.verdict import NO_GAP_RATIO, shrink_of
 from ..limits.cylinder import limits_of
-from ..locate import pooled
-from ..replay import SIGNALS, BoolArray, FloatArray, Replay
+from ..locate.locate import pooled
+from ..replay.replay import SIGNALS, BoolArray, FloatArray, Replay
 from ..sheet import Sheet
-from ..stages import COARSE, FINE, MEDIUM
-from ..verdict import NO_GAP_RATIO, shrink_of
 from .checks import check_one_machine, check_signals, marked_alone, with_differences
 from .differences import differences
 from .joined_replay import JoinedReplay

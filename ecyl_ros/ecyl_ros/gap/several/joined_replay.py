@@ -18,9 +18,9 @@ from scipy.optimize import minimize_scalar
 from ...drive.law import Law
 from ...drive.tolerances import constants_of
 from ...effects.catalogue import CATALOGUE
-from ..coordinate import PHASE, phase_in
-from ..replay import NOMINAL, BoolArray, Constants, Effects, FloatArray, Replay
-from ..robust import cost
+from ..fit.coordinate import PHASE, phase_in
+from ..fit.robust import cost
+from ..replay.replay import NOMINAL, BoolArray, Constants, Effects, FloatArray, Replay
 
 _SAME_RATE = 1.01  # rates nearer to each other than this count as one
 _PHASES = 8  # that are tried all round

@@ -22,6 +22,7 @@ from ...effects.term import Term
 from ...errors import InputError
 from ...recording.signals import Recording
 from ..diagnosis import BoolArray, Diagnosis
+from ..judge.verdict import shrink_of
 from ..rigid.assemble import assembled
 from ..rigid.diagnose import check_motion, inertia_of, judged
 from ..rigid.joined import Joined, in_own_noise, joined, motions_of
@@ -32,7 +33,6 @@ from ..rigid.sheet import sheet_value
 from ..rigid.solution import Solution
 from ..rigid.terms import Catalogue
 from ..rigid.void import why_not
-from ..verdict import shrink_of
 from .checks import check_one_machine, check_signals, marked_alone, with_differences
 from .differences import differences
 from .of_recording import OfRecording, OwnValue, Unseen, names_of

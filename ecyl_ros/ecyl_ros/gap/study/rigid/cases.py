@@ -14,7 +14,7 @@ from ....effects.actuation_delay import LATE
 from ....errors import InputError
 from ....recording.signals import Recording
 from ...diagnosis import FloatArray
-from ...verdict import NO_GAP_RATIO
+from ...judge.verdict import NO_GAP_RATIO
 from ..case import Case
 from .drawn import Drawn, draw_drive, moved_anew
 from .equations import Truth, run

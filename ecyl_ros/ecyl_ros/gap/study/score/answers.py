@@ -9,8 +9,8 @@ from ..examine import Outcome
 
 Judged = tuple[Case, Outcome]
 
-QUIET = ("no_gap", "within_sheet")
 GAP_LEFT = ("unexplained", "partly_explained", "described")
+GAP = ("explained", *GAP_LEFT)
 
 
 def allowed(case: Case) -> set[str]:
@@ -44,8 +44,16 @@ def said_nothing_wrong(case: Case, outcome: Outcome) -> bool:
 
 
 def quiet(outcome: Outcome) -> bool:
-    """Whether no gap was seen, or none that the data sheet's tolerances do not allow for."""
-    return outcome.diagnosis is not None and outcome.diagnosis["verdict"] in QUIET
+    """Whether there was an answer that reports no gap beyond what the sheet's tolerances allow.
+
+    That nothing can be judged, because noise is as large as the signal, raises no alarm.
+    """
+    return outcome.diagnosis is not None and outcome.diagnosis["verdict"] not in GAP
+
+
+def ruled(outcome: Outcome) -> bool:
+    """Whether there was an answer that is more than that nothing can be judged."""
+    return outcome.diagnosis is not None and outcome.diagnosis["verdict"] != "not_judgeable"
 
 
 def named_none(outcome: Outcome) -> bool:

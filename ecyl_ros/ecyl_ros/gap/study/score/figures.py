@@ -16,6 +16,7 @@ from .answers import (
     first_right,
     named_none,
     quiet,
+    ruled,
     said_nothing_wrong,
 )
 from .figure import Figure, counted, quantile
@@ -71,6 +72,7 @@ def figures(judged: Sequence[Judged]) -> list[Figure]:
         share("pair: both named", pair, lambda c, o: both_named(c, o.named)),
         share("pair: both and no other", pair, lambda c, o: exactly_named(c, o.named)),
         share("no gap: no false alarm", none, lambda c, o: quiet(o)),
+        share("   and it was judged", none, lambda c, o: ruled(o)),
         share("no gap: no cause named", none, lambda c, o: named_none(o)),
         share("no wrong cause named", judged, said_nothing_wrong),
         share("   where all can be named", known, said_nothing_wrong),

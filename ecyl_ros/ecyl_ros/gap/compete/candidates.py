@@ -1,0 +1,374 @@
+"""The field of candidates: effects and sets of effects upon the sheet alone, fitted as far as pays.
+
+Every effect is started from what the recording shows and replayed once per start; the most
+promising are searched for in closed loop, and those that come near are fitted to the end. All may
+approach; only what comes near the best goes on.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from typing import TypeVar
+
+from ...effects.catalogue import CATALOGUE, MODULES
+from ..fit.descent import approach, close_in, polish, sheet_alone, unbent
+from ..fit.fit import Fit, Fitter
+from ..fit.robust import misfit
+from ..fit.stages import MEDIUM
+from .begin import Beginnings
+from .earn import AT_FLOOR, at_noise, earns
+from .joint import joined
+from .promise import Promise, Promises
+
+_STARTS = 6  # of one effect alone
+_STARTS_IN_SETS = 2
+_KEPT_SINGLES = 9
+_POLISHED_SINGLES = 2
+_SETTLING = 3  # polishes at the most
+_POLISHING = 8  # steps at the most in each stage; a fit that has ended takes fewer
+_KEPT_SETS = 6
+_LEADERS = 4  # that approach first; the others have to promise not to be left behind by them
+# Times the best cost of those that approached: closing in takes a tenth off it, and nobody in the
+# sealed study has come to the front from further behind.
+_BEHIND = 3.0
+_BETTER = 0.9  # of the cost of the sheet alone, from where another fit of it is taken
+_CLOSE = 2.0  # times the best cost: a runner-up that finer fits may still put first
+_SEARCHED_SETS = 3
+_FURTHER_SETS = 3  # searched besides where they promised less than the best search left
+_TOGETHER = 0.7  # of the cost alone: a set of two that promises to be a pair
+_KEPT_RESPONSES = 4  # further sets from responses added up
+_KEPT_JOINED = 4  # and from single effects in shares of their sizes
+_SHAKEN_LOOSE = 0.8  # times the least cost of a silent replay
+_SHEET_STEPS = 12  # of the sheet alone at the most, in each stage
+
+Job = TypeVar("Job")
+Found = TypeVar("Found")
+
+
+class Candidates:
+    """Effects `names` on one recording, and what is known of them so far.
+
+    null: the sheet alone, which every candidate has to beat. library: starts and fits of single
+    effects.
+    """
+
+    def __init__(self, fitter: Fitter, names: Sequence[str], threads: ThreadPoolExecutor) -> None:
+        self.fitter = fitter
+        self.names = list(names)
+        self._threads = threads
+        self._found_null(sheet_alone(fitter, fitter.nominal, _SHEET_STEPS, threads.map))
+
+    def _found_null(self, null: Fit) -> None:
+        self.null = null
+        self.library: list[Fit] = []
+        self._promises = Promises(self.fitter, null)
+        self._beginnings = Beginnings(self.fitter, self._promises, self._threads.map)
+
+    def sheet_from(self, fit: Fit) -> bool:
+        """Whether the sheet alone does better from where a constant's effect has led it.
+
+        A constant that is as good as free finds ways that the sheet, held back by its price, has
+        missed. What comes of it takes the place of `null`.
+        """
+        if not fit.names or any(CATALOGUE[name].constant is None for name in fit.names):
+            return False
+        start = self.fitter.without(fit, fit.names)
+        found = sheet_alone(self.fitter, start, _SHEET_STEPS, self._threads.map)
+        if found.fitted > _BETTER * self.null.fitted:
+            return False
+        self._found_null(found)
+        return True
+
+    def map(self, work: Callable[[Job], Found], jobs: Iterable[Job]) -> list[Found]:
+        """Do work side by side."""
+        return list(self._threads.map(work, jobs))
+
+    def starts(self, base: Fit, names: Iterable[str], most: int) -> list[Fit]:
+        """`base` with one more effect, at up to `most` starts that the recording suggests."""
+        return self._beginnings.upon(base, list(names), most)
+
+    def search(self, fits: Sequence[Fit], promised: Sequence[float]) -> list[Fit]:
+        """Fit each from afar, as long as it is not left behind; best first.
+
+        promised: the cost that each might reach, at best; those that promise most come first.
+        """
+
+        def approached(some: Sequence[Fit]) -> list[Fit]:
+            return self.map(lambda one: approach(self.fitter, one, self.null), some)
+
+        near = approached(fits[:_LEADERS])
+        reach = _BEHIND * min(one.fitted for one in near)
+        others = list(zip(fits, promised, strict=True))[_LEADERS:]
+        near += approached([one for one, cost in others if cost < reach])
+        left = [one for one, cost in others if cost >= reach]
+        reach = _BEHIND * min(one.fitted for one in near)
+        ahead = [one for one in near if one.fitted <= reach]
+        left += [one for one in near if one.fitted > reach]
+        closer = self.map(lambda one: close_in(self.fitter, one, self.null), ahead)
+        return sorted(closer + left, key=lambda one: one.fitted)
+
+    def _searched(self, fits: Sequence[Fit]) -> list[Fit]:
+        return self.search(fits, [one.fitted for one in fits]) if fits else []
+
+    def refitted(self, start: Fit, pool: Sequence[Fit], winner: Fit) -> Fit:
+        """The best fit of a smaller set than `winner`, from `start` or in `pool`.
+
+        To its end only where it comes near the winner: elsewhere it is known to be needed.
+        """
+        near = self.fitter.fit(start, steps=4, stage=MEDIUM, known=self.null)
+        known = [near, *(one for one in pool if set(one.names) == set(start.names))]
+        best = min(known, key=lambda one: one.fitted)
+        if best.fitted > _BEHIND * winner.fitted:
+            return best
+        return min([best, *self.polish([best])], key=lambda one: one.fitted)
+
+    def polish(self, fits: Sequence[Fit]) -> list[Fit]:
+        """Fit each to the end, with the parameters that only shape its effects."""
+        return self.map(lambda one: polish(self.fitter, one, _POLISHING), fits)
+
+    def _afresh(self, polished: list[Fit]) -> list[Fit]:
+        """With the first, where it leaves more than the floor, fitted from an unbent sheet, too."""
+        first = polished[0]
+        at_floor = misfit(first.fitted) <= AT_FLOOR * self.fitter.perfect_with(first.values)
+        if at_floor or not self.fitter.sheet.free(first.values).any():
+            return polished
+        near = unbent(self.fitter, first)
+        if near.fitted > _BEHIND * first.fitted:
+            return polished
+        return [min([first, *self.polish([near])], key=lambda one: one.fitted), *polished[1:]]
+
+    def singles(self, report: Callable[[float], None]) -> list[Fit]:
+        """The best fit of each effect alone, best first.
+
+        report: takes the share done.
+        """
+        started = self.starts(self.null, self.names, _STARTS)
+        self.library = started
+        report(0.3)
+        order = self._promises.best(self.null, started)
+        kept = order[:_KEPT_SINGLES]
+        fitted = self.search(self._sized(kept), [one.score for one in kept])
+        report(0.7)
+        close = [
+            one for one in fitted[1:_POLISHED_SINGLES] if one.fitted < _CLOSE * fitted[0].fitted
+        ]
+        polished = self._afresh(self.polish([*fitted[:1], *close]))
+        self.library = started + fitted + polished
+        rest = [one.fit for one in order[_KEPT_SINGLES:]]
+        report(1.0)
+        return sorted(polished + fitted[len(polished) :] + rest, key=lambda one: one.fitted)
+
+    def _sized(self, promises: Sequence[Promise]) -> list[Fit]:
+        return self.map(self._promises.sized, promises)
+
+    def larger(self, firsts: Sequence[Fit], singles: Sequence[Fit]) -> list[Fit]:
+        """Sets with one effect more than `firsts` have, fitted; best first.
+
+        Upon each of `firsts`; sets of two also from responses added up, and from `singles` in
+        shares of the sizes they have alone.
+        """
+        least = min(one.fitted for one in firsts)
+        sets, promised = self._upon([one for one in firsts if one.fitted <= _BEHIND * least])
+        if len(firsts[0].names) == 1:
+            keys = {frozenset(one.names) for one in sets}
+            pairs = self._promises.pairs(self.library, _KEPT_SETS + _KEPT_RESPONSES)
+            pairs = [one for one in pairs if frozenset(one[1]) not in keys][:_KEPT_RESPONSES]
+            sets += self.map(lambda pair: self.fitter.evaluate(pair[1], self.null.pulls), pairs)
+            promised += [left for left, _ in pairs]
+            # Causes that hide each other stand in for each other: both come near alone.
+            near = [one for one in singles if one.fitted <= _BEHIND * singles[0].fitted]
+            both = joined(self.fitter, near, self.map)[:_KEPT_JOINED]
+            sets += both
+            promised += [one.fitted for one in both]
+        return self._best_of(sets, promised)
+
+    def _upon(self, firsts: Sequence[Fit]) -> tuple[list[Fit], list[float]]:
+        """Each of `firsts` with one more effect, the most promising started, not yet fitted.
+
+        Returns (starts, what each might leave).
+        """
+        best: dict[frozenset[str], Promise] = {}
+        for rank, first in enumerate(firsts):
+            most = _STARTS if rank == 0 else _STARTS_IN_SETS
+            for one in self._promises.best(first, self.starts(first, self.names, most)):
+                key = frozenset(one.fit.names)
+                if key not in best or one.score < best[key].score:
+                    best[key] = one
+        order = sorted(best.values(), key=lambda one: one.score)[:_KEPT_SETS]
+        return self._sized(order), [one.score for one in order]
+
+    def _best_of(self, sets: Sequence[Fit], promised: Sequence[float]) -> list[Fit]:
+        """Fit sets of effects, the less promising ones less far; best first.
+
+        Args:
+            sets: the most promising first; that one is searched whatever a short fit makes of it.
+            promised: the cost that each might reach; those that promised less than the best search
+                leaves are searched, too, and pairs that come to far more than either effect alone.
+        """
+        glimpsed = self.map(
+            lambda one: self.fitter.fit(one, steps=2, stage=MEDIUM, known=self.null), sets
+        )
+        promise = {id(one): score for one, score in zip(glimpsed, promised, strict=True)}
+        first = glimpsed[0]
+        glimpsed.sort(key=lambda one: one.fitted)
+        if first in glimpsed[_SEARCHED_SETS:]:
+            glimpsed.remove(first)
+            glimpsed.insert(_SEARCHED_SETS - 1, first)
+        searched = self._searched(glimpsed[:_SEARCHED_SETS])
+        glimpsed = glimpsed[_SEARCHED_SETS:]
+        left = min(one.fitted for one in searched)
+        if misfit(left) > AT_FLOOR * self.fitter.perfect:
+            hopeful = sorted(glimpsed, key=lambda one: promise[id(one)])[:_FURTHER_SETS]
+            hopeful = [one for one in hopeful if promise[id(one)] < left]
+            glimpsed = [one for one in glimpsed if one not in hopeful]
+            hopeful += self._more_together(glimpsed)
+            glimpsed = [one for one in glimpsed if one not in hopeful]
+            searched = sorted(searched + self._searched(hopeful), key=lambda one: one.fitted)
+        close = [one for one in searched[1:2] if one.fitted < _CLOSE * searched[0].fitted]
+        polished = self._afresh(self.polish([*searched[:1], *close]))
+        rest = searched[len(polished) :] + glimpsed
+        return sorted(polished + rest, key=lambda one: one.fitted)
+
+    def _more_together(self, sets: Sequence[Fit]) -> list[Fit]:
+        """The sets of two that come to far more than either effect alone, most of all first."""
+        alone: dict[str, float] = {}
+        for single in self.library:
+            (name,) = single.names
+            alone[name] = min(single.fitted, alone.get(name, math.inf))
+
+        def share(one: Fit) -> float:
+            return one.fitted / min(alone.get(name, self.null.fitted) for name in one.names)
+
+        pairs = sorted((one for one in sets if len(one.names) == 2), key=share)
+        return [one for one in pairs if share(one) < _TOGETHER][:_FURTHER_SETS]
+
+    def simplified(self, best: Fit) -> Fit:
+        """`best`, or with special cases in an effect's place that do nearly as well.
+
+        Each alone, then all together: friction that is the same in both directions is a level and a
+        rise with speed. Sets that it gives way to have to do better: friction of one level beside a
+        constant load differs by direction, too, until the motion rests.
+        """
+        for name in best.names:
+            refines = [one for one in CATALOGUE[name].refines if one in self.names]
+            for simple in [
+                *((one,) for one in refines),
+                *([tuple(refines)] if refines[1:] else []),
+            ]:
+                if any(one in best.names for one in simple):
+                    continue
+                start = self._instead(best, name, simple)
+                found = self._near(start, best) if start is not None else None
+                if found is not None and found.judged < 1.15 * best.judged + 0.05:
+                    return found
+            found = None if at_noise(self.fitter, best) else self._giving_way(best, name)
+            if found is not None and earns(self.fitter, found, best):
+                return found
+        return best
+
+    def _giving_way(self, best: Fit, name: str) -> Fit | None:
+        """The best fit with a set of others in an effect's place that act nearly alike."""
+        sets = [
+            others
+            for others in CATALOGUE[name].gives_way(best.values[name], self.fitter.replay.drive)
+            if all(one in self.names and one not in best.names for one in others)
+        ]
+        if not sets:
+            return None
+        rest = self.fitter.without(best, [name])
+        started = [self.fitter.evaluate({**rest.values, **one}, rest.pulls) for one in sets]
+        return self.polish(self._searched(started)[:1])[0]
+
+    def _near(self, start: Fit, best: Fit) -> Fit | None:
+        """A fit from a start near its end; None where it comes nowhere near the best."""
+        near = self.fitter.fit(start, steps=4, stage=MEDIUM, known=self.null)
+        if near.fitted > _BEHIND * best.fitted:
+            return None
+        return self.polish([near])[0]
+
+    def finer(self, best: Fit) -> Fit:
+        """`best`, or with a finer form in an effect's place that does better.
+
+        Where another effect is missing beside it, a finer form may come out as its opposite
+        (friction that seems to rise with speed hides that it falls): it begins again once that is
+        there.
+        """
+        started: list[Fit] = []
+        for form in self.names:
+            plain = [name for name in best.names if name in CATALOGUE[form].refines]
+            if plain and form not in best.names:
+                rest = self.fitter.without(best, plain)
+                # How the contact gives is known; sizes are found again.
+                told = {quantity.name for quantity in CATALOGUE[form].reported}
+                shared = _shared(form, best.values[plain[0]])
+                shape = {key: value for key, value in shared.items() if key not in told}
+                started += self._kept(self.starts(rest, [form], _STARTS), form, shape)
+        glimpsed = self.map(
+            lambda one: self.fitter.fit(one, steps=2, stage=MEDIUM, known=self.null), started
+        )
+        searched = self._searched(sorted(glimpsed, key=lambda one: one.fitted)[:_SEARCHED_SETS])
+        if not searched or searched[0].fitted >= best.fitted:
+            return best
+        return self.settled(self.polish(searched[:1])[0])
+
+    def _instead(self, best: Fit, name: str, simple: Sequence[str]) -> Fit | None:
+        """`best` with simpler effects, where they start, in the place of one; None where none can.
+
+        They keep the parameters that they have in common with it.
+        """
+        found, near = self.fitter.without(best, [name]), True
+        for one in simple:
+            shared = _shared(one, best.values[name])
+            if all(quantity.name in shared for quantity in CATALOGUE[one].reported):
+                found = self.fitter.evaluate({**found.values, one: shared}, found.pulls)
+                continue
+            started = self._kept(self.starts(found, [one], _STARTS), one, shared)
+            if not started:
+                return None
+            found, near = min(started, key=lambda other: other.fitted), False
+        return found if near else self._searched([found])[0]
+
+    def _kept(self, started: Sequence[Fit], name: str, shared: dict[str, float]) -> list[Fit]:
+        """Starts of an effect with parameters that it has in common with another's."""
+        if not shared:
+            return list(started)
+        return self.map(
+            lambda one: self.fitter.evaluate(
+                {**one.values, name: {**one.values[name], **shared}}, one.pulls
+            ),
+            started,
+        )
+
+    def settled(self, winner: Fit) -> Fit:
+        """The winner fitted until it no longer moves."""
+        for _ in range(_SETTLING if winner.names else 0):
+            if winner.ended:
+                break
+            better = polish(self.fitter, winner, _POLISHING)
+            still = winner.fitted - better.fitted < 0.01 * winner.fitted
+            winner = better
+            if still:
+                break
+        return winner
+
+    def shaken_loose(self) -> bool:
+        """Whether friction, shaken by noise in the loop, is nearer than any silent replay of it."""
+        replay = self.fitter.replay
+        if not replay.noise_in_loop:
+            return False
+        ports = ("rotor_friction", "load_friction")
+        names = [name for name in self.names if any(hasattr(MODULES[name], port) for port in ports)]
+        silent = self.starts(self.null, names, _STARTS)
+        replay.shake()
+        shaken = self.map(lambda one: self.fitter.evaluate(one.values, one.pulls), silent)
+        replay.calm()
+        nearest = min(one.fitted for one in [self.null, *silent])
+        return any(one.fitted < _SHAKEN_LOOSE * nearest for one in shaken)
+
+
+def _shared(name: str, values: Mapping[str, float]) -> dict[str, float]:
+    """Of an effect's parameters, those that are among another's `values`."""
+    known = [one.name for one in CATALOGUE[name].parameters]
+    return {key: values[key] for key in known if key in values}

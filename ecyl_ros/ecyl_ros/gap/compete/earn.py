@@ -1,0 +1,40 @@
+"""Whether an effect earns its place, and whether noise and the sheet account for what is left."""
+
+from __future__ import annotations
+
+from ..fit.fit import Fit, Fitter
+from ..fit.robust import misfit
+from .strain import most_strained
+
+AT_FLOOR = 1.14  # times a perfect model's misfit: a model this close needs no further effect
+EXCUSED = 0.75  # of the gap must be gone before noise round the loop may excuse the rest
+WORTH = 0.6  # a further effect must bring the square of the misfit's surplus below this share ...
+LEAST = 0.04  # ... and lower the square itself by this
+
+
+def at_noise(fitter: Fitter, fit: Fit) -> bool:
+    """Whether noise and a sound sheet account for what the fit leaves: no effect is needed."""
+    left = misfit(fit.judged)
+    near = left <= AT_FLOOR * fitter.perfect or (
+        gone(fitter, fit) >= EXCUSED and left <= AT_FLOOR * fitter.perfect_with(fit.values)
+    )
+    return near and most_strained(fit, fitter) is None
+
+
+def gone(fitter: Fitter, fit: Fit) -> float:
+    """Share of the squared misfit above a perfect nominal model's that a fit removes."""
+    perfect = fitter.perfect**2
+    before = max(fitter.nominal.judged - perfect, 1e-9)
+    return 1.0 - max(fit.judged - perfect, 0.0) / before
+
+
+def earns(fitter: Fitter, with_it: Fit, without: Fit) -> bool:
+    """Whether the larger set lowers the misfit enough, on fitted and on held-out stretches."""
+    if without.names and at_noise(fitter, without):
+        return False
+    perfect = fitter.perfect_with(with_it.values)
+    for after, before in ((with_it.fitted, without.fitted), (with_it.judged, without.judged)):
+        floor = min(0.95 * perfect**2, after)
+        if before - after < LEAST or (after - floor) > WORTH * (before - floor):
+            return False
+    return True

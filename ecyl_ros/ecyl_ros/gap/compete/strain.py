@@ -1,0 +1,85 @@
+"""What it would save to let one constant leave the sheet for nothing.
+
+Constants that can nearly be exchanged for one another share a fault between them: a torque
+constant off by three tolerances pulls every inertia and friction the other way, and none far.
+The price of all together falls as soon as the right one is free; how far, and where all would go,
+follows from the curvature of the objective (its Laplace approximation), without another fit.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...effects.catalogue import CATALOGUE
+from ..fit.fit import Fit, Fitter, Values
+from ..fit.gram import weighted_products
+from ..fit.robust import robust_weights
+from ..replay.replay import FloatArray
+
+# The square of a normal variable by chance: 1 of 2000 sound constants saves more.
+STRAINED = 12.0
+UNSEEN = 1e-3  # share below which a constant is where the sheet has it
+
+
+@dataclass(frozen=True, eq=False)
+class Strain:
+    """One constant let go.
+
+    Attributes:
+        row: of the sheet. saved: by how much the objective falls; the square of a normal variable
+            where the sheet holds. pull: where the constant goes.
+        values, pulls: where the effects' parameters and the other constants go with it.
+    """
+
+    row: int
+    saved: float
+    pull: float
+    values: Values
+    pulls: FloatArray
+
+
+def strains(fit: Fit, fitter: Fitter) -> list[Strain]:
+    """Every constant that was fitted, the most strained first; none without derivatives."""
+    if fit.jacobian is None or not fit.pulled:
+        return []
+    first = len(fit.coordinates)
+    residual = fit.gap[:, fitter.rows].ravel()
+    weight = robust_weights(residual)
+    pieces = fitter.sheet.evidence / max(float(weight @ residual**2), float(residual.size))
+    price = np.diag([0.0] * first + [4.0] * len(fit.pulled))
+    curvature = pieces * weighted_products(fit.jacobian, weight, residual)[0] + price
+    inverse = np.linalg.pinv(curvature, rcond=1e-12, hermitian=True)
+    found = []
+    for index, row in enumerate(fit.pulled, first):
+        # What the recording says of it, as a share of what it and the sheet say together.
+        seen = 1.0 - 4.0 * float(inverse[index, index])
+        if seen <= UNSEEN:
+            continue
+        pull = float(fit.pulls[row])
+        moved = inverse[:, index] * 4.0 * pull / seen
+        values = {name: dict(given) for name, given in fit.values.items()}
+        for one, off in zip(fit.coordinates, moved, strict=False):
+            old = values[one.effect][one.quantity.name]
+            new = one.outward(min(max(one.of(old) + float(off), one.low), one.high))
+            values[one.effect][one.quantity.name] = new
+        pulls = fit.pulls.copy()
+        pulls[list(fit.pulled)] += moved[first:]
+        found.append(Strain(row, 4.0 * pull**2 / seen, pull / seen, values, pulls))
+    return sorted(found, key=lambda one: -one.saved)
+
+
+def most_strained(fit: Fit, fitter: Fitter) -> Strain | None:
+    """The constant that lies furthest beyond its sheet, of those that effects stand for.
+
+    None where all may be those of a sound machine.
+    """
+    found = next((one for one in strains(fit, fitter) if effect_of(one.row, fitter)), None)
+    return found if found is not None and found.saved > STRAINED else None
+
+
+def effect_of(row: int, fitter: Fitter) -> str | None:
+    """The effect that gives a constant another value; None where the catalogue has none."""
+    key = fitter.sheet.keys[row]
+    return next((name for name, one in CATALOGUE.items() if one.constant == key), None)

@@ -1,0 +1,1 @@
+"""Parameters of effects and constants of the sheet, found by replaying a recording."""

@@ -1,0 +1,309 @@
+"""Fits of effects' parameters to a recording, by replaying it in closed loop.
+
+Beside the parameters of the effects the constants of the data sheet are fitted, each at the price
+of leaving it (`sheet`): what a candidate has to beat is the sheet, not its nominal point.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Callable, Collection, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import uniform_filter1d
+
+from ..replay.replay import BoolArray, FloatArray, Replay
+from ..sheet import Sheet
+from .coordinate import Coordinate, is_phase, quantities
+from .newton import Differences, Map, Objective, descend
+from .robust import LOSS_SCALE, cost
+from .stages import FINE, Stage
+from .torque_scale import TorqueScale
+
+Values = dict[str, dict[str, float]]  # {effect: {parameter: value}}
+
+_NOISIEST = 4.0  # times a perfect model's misfit: no effect excuses more
+_REFUTED = 0.5  # of a perfect model's cost: one draw of impacts hardly leaves twice another's
+_AMPLIFIED = 1.2  # times a perfect model's misfit: from here on noise counts as amplified
+CONVERGED = 0.02  # fall of the objective below which a fit has ended
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """Effects with fitted parameters, and the sheet beside them.
+
+    Attributes:
+        values: {effect: {parameter: value}}.
+        pulls: float64[k], of the sheet's constants; 0 where an effect stands for the constant.
+        gap: float64[signals, n], what is left over the noise floor.
+        fitted, judged: `cost` on the fitted and on the held-out stretches, raised by the price of
+            the pulls.
+        left: `cost` on the held-out stretches alone.
+        coordinates: the fitted parameters; `pulled`: the constants fitted beside them, rows of the
+            sheet; `jacobian` float64[k, signals x fitted rows] of the gap by both at the end of the
+            fit (None for values not fitted).
+        slopes: {stage: float64[pulled, signals x fitted rows]}, derivatives by the sheet that were
+            worked out on the way, as each stage sees them.
+        ended: whether the fit went as far as it goes.
+    """
+
+    values: Values
+    pulls: FloatArray
+    gap: FloatArray
+    fitted: float
+    judged: float
+    left: float
+    coordinates: tuple[Coordinate, ...] = ()
+    pulled: tuple[int, ...] = ()
+    jacobian: FloatArray | None = None
+    slopes: Mapping[Stage, FloatArray] = field(default_factory=dict)
+    ended: bool = False
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The effects, in the order they were given."""
+        return tuple(self.values)
+
+    @property
+    def bounds_hit(self) -> tuple[str, ...]:
+        """Parameters that stand at a bound of the fit, as effect.parameter."""
+        found = []
+        for one in self.coordinates:
+            value = self.values[one.effect][one.quantity.name]
+            at = one.inward(value)
+            slack = 1e-4 * max(1.0, one.high - one.low)
+            if not one.quantity.nuisance and (at - one.low < slack or one.high - at < slack):
+                found.append(f"{one.effect}.{one.quantity.name}")
+        return tuple(found)
+
+
+class Fitter:
+    """Evaluates and fits sets of effects on one replay.
+
+    Attributes:
+        replay: of the recording. sheet: of its drive. held, rows: bool[n], stretches that are
+            judged and those that are fitted. perfect: robust misfit of a perfect model.
+    """
+
+    def __init__(self, replay: Replay, held: BoolArray) -> None:
+        self.replay = replay
+        self.sheet = Sheet.of(replay.nominal, float(replay.time_s[-1]))
+        self.held = held & replay.usable
+        self.rows = ~held & replay.usable
+        self.perfect = self._perfect()
+
+    def _perfect(self) -> float:
+        """Robust misfit of a perfect model: 0.92 for white noise at the floor."""
+        return math.sqrt(max(cost(self.replay.healthy, self.replay.usable), 0.85))
+
+    def test_floor(self, fit: Fit) -> None:
+        """Find the floor again where a fit leaves far less than it: noise is not in the loop then.
+
+        How much of the sensors' noise goes round the loop is told by the command; where that was
+        not recorded, all of it is reckoned with until a recording says otherwise.
+        """
+        if self.replay.noise_in_loop and fit.left < _REFUTED * self.perfect**2:
+            self.replay.keep_noise_out_of_the_loop()
+            self.perfect = self._perfect()
+
+    @cached_property
+    def nominal(self) -> Fit:
+        """The model without effects, its constants as the sheet has them."""
+        return self.evaluate({})
+
+    def perfect_with(self, values: Values) -> float:
+        """Robust misfit that a perfect model leaves with these effects, no less than without.
+
+        Some let noise through that the nominal drive keeps small: a load that sticks creeps as the
+        noise shakes it, a delay at the edge of stability rings.
+        """
+        if not values or not self.replay.noise_in_loop:
+            return self.perfect
+        left = cost(self.replay.healthy_with(values), self.replay.usable)
+        most = _NOISIEST * self.perfect
+        return min(max(self.perfect, math.sqrt(left)), most) if math.isfinite(left) else most
+
+    def noise_with(self, values: Values) -> FloatArray:
+        """RMS of what noise alone leaves of each signal on the held-out stretches, in floors.
+
+        float64[signals]: 1, but where it is clearly more on its way round the loop.
+        """
+        if self.perfect_with(values) <= _AMPLIFIED * self.perfect:
+            return np.ones(len(self.replay.signals))
+        healthy = self.replay.healthy_with(values)[:, self.held]
+        rms: FloatArray = np.maximum(1.0, np.sqrt(np.mean(healthy**2, axis=1)))
+        return np.minimum(rms, _NOISIEST)
+
+    def evaluate(
+        self, values: Mapping[str, Mapping[str, float]], pulls: FloatArray | None = None
+    ) -> Fit:
+        """What is left with given parameters, and constants pulled off their nominal values."""
+        pulls = self.sheet.at_nominal if pulls is None else pulls
+        full = self.replay.complete(values, self.sheet.constants(pulls))
+        pulls = np.where(self.sheet.free(full), pulls, 0.0)
+        return self._seen(full, pulls, self._gap(full, pulls))
+
+    def _gap(self, values: Mapping[str, Mapping[str, float]], pulls: FloatArray) -> FloatArray:
+        return self.replay.gap(values, self.sheet.constants(pulls))
+
+    def _seen(self, values: Values, pulls: FloatArray, gap: FloatArray) -> Fit:
+        left = cost(gap, self.held)
+        return Fit(
+            values,
+            pulls,
+            gap,
+            self.sheet.priced(cost(gap, self.rows), pulls),
+            self.sheet.priced(left, pulls),
+            left,
+        )
+
+    def without(self, fit: Fit, effects: Collection[str]) -> Fit:
+        """What a fit leaves without some of its effects, the others as they are.
+
+        A constant that no effect stands for any more goes on from where it was.
+        """
+        pulls = fit.pulls
+        for name in fit.names:
+            if name in effects:
+                pulls = pulls + self.sheet.pulled_to(name, fit.values[name], self.replay.nominal)
+        rest = {name: given for name, given in fit.values.items() if name not in effects}
+        return self.evaluate(rest, pulls)
+
+    def fit(
+        self,
+        start: Fit,
+        *,
+        steps: int,
+        nuisances: bool = False,
+        stage: Stage = FINE,
+        least: float = CONVERGED,
+        known: Fit | None = None,
+        side_by_side: Map = map,
+    ) -> Fit:
+        """Fit from `start`, in at most `steps` steps; see `newton`.
+
+        Args:
+            start: where to begin.
+            steps: at the most.
+            nuisances: fit the parameters that only shape an effect (a friction's presliding) too;
+                phases always are.
+            stage: how it looks at the gap.
+            least: fall of the objective below which the fit has ended.
+            known: a fit whose derivatives by the sheet are used, where it has any of this stage.
+            side_by_side: does the replays of one derivative.
+        """
+        coordinates = coordinates_of(start, nuisances=nuisances)
+        pulled = np.flatnonzero(self.sheet.free(start.values))
+        count, size = len(coordinates), len(coordinates) + len(pulled)
+        if not size:
+            return start
+        if not len(pulled):
+            stage = dataclasses.replace(stage, wide=1.0, blur_s=0.0)
+        seen = self.blurred(stage.blur_s)
+
+        def parted(point: FloatArray) -> tuple[Values, FloatArray]:
+            values = {name: dict(given) for name, given in start.values.items()}
+            for one, coordinate in zip(coordinates, point, strict=False):
+                values[one.effect][one.quantity.name] = one.outward(float(coordinate))
+            pulls = start.pulls.copy()
+            pulls[pulled] = point[count:]
+            return values, pulls
+
+        best = start
+
+        def tried(point: FloatArray) -> FloatArray:
+            nonlocal best
+            values, pulls = parted(point)
+            found = self._seen(values, pulls, self._gap(values, pulls))
+            best = found if found.fitted < best.fitted else best
+            return seen(found.gap)
+
+        # Far from the floor the scale of the loss is that of the gap, so that all of it pulls.
+        typical = float(np.median(np.abs(seen(start.gap))))
+        lowest, highest = self.sheet.bounds()
+        objective = Objective(
+            residual=lambda point: seen(self._gap(*parted(point))),
+            tried=tried,
+            loss_scale=max(LOSS_SCALE * stage.wide, 3.0 * typical),
+            evidence=self.sheet.evidence,
+            precision=np.array([0.0] * count + [4.0] * len(pulled)),
+            low=np.concatenate([[one.low for one in coordinates], lowest[pulled]]),
+            high=np.concatenate([[one.high for one in coordinates], highest[pulled]]),
+        )
+        own = [one.inward(start.values[one.effect][one.quantity.name]) for one in coordinates]
+        slopes = np.empty((size, len(self.replay.signals) * int(self.rows.sum())))
+        wanted = [*range(count), *self._borrow(known, stage, pulled, slopes)]
+        by_size = [stage.difference * one.fineness for one in coordinates]
+        scale = TorqueScale.of(
+            start.names, coordinates, pulled.tolist(), self.sheet, self.replay.nominal
+        )
+        ended = descend(
+            objective,
+            np.clip(np.concatenate([own, start.pulls[pulled]]), objective.low, objective.high),
+            slopes,
+            wanted,
+            range(count, size),
+            Differences(
+                np.array(by_size + [stage.pulled] * len(pulled)), stage.central, side_by_side
+            ),
+            most=steps,
+            least=least,
+            mended=None if scale is None else scale.taken_out,
+        )
+        return dataclasses.replace(
+            best,
+            coordinates=coordinates,
+            pulled=tuple(pulled.tolist()),
+            jacobian=slopes,
+            slopes={} if known is not None else {stage: slopes[count:]},
+            ended=ended,
+        )
+
+    @staticmethod
+    def _borrow(
+        known: Fit | None, stage: Stage, pulled: NDArray[np.int64], slopes: FloatArray
+    ) -> list[int]:
+        """Put derivatives by the sheet that `known` has into `slopes`; rows that it has not."""
+        first = slopes.shape[0] - len(pulled)
+        borrowed = known.slopes.get(stage) if known is not None else None
+        missing = []
+        for index, row in enumerate(pulled.tolist(), first):
+            if known is not None and borrowed is not None and row in known.pulled:
+                slopes[index] = borrowed[known.pulled.index(row)]
+            else:
+                missing.append(index)
+        return missing
+
+    def blurred(self, width_s: float) -> Callable[[FloatArray], FloatArray]:
+        """What a fit looks at of a gap, float64[signals x fitted rows]: itself, or its moving mean.
+
+        Impacts that come early or late are spikes that do not overlap; in a mean over more than the
+        time they are apart by, a fit sees which way they have to move. Stretches that are held
+        out have no part in it.
+        """
+        rows = self.rows
+        points = round(width_s / self.replay.step_s)
+        if points < 2:
+            return lambda gap: gap[:, rows].ravel()
+        share = np.maximum(uniform_filter1d(rows.astype(float), points), 1e-9)
+
+        def blurred(gap: FloatArray) -> FloatArray:
+            mean = uniform_filter1d(np.where(rows, gap, 0.0), points, axis=1) / share
+            found: FloatArray = mean[:, rows].ravel()
+            return found
+
+        return blurred
+
+
+def coordinates_of(fit: Fit, *, nuisances: bool) -> tuple[Coordinate, ...]:
+    """Of all parameters that a fit begins with; with `nuisances` of those that only shape, too."""
+    return tuple(
+        Coordinate.around(name, quantity, fit.values[name][quantity.name])
+        for name in fit.values
+        for quantity in quantities(name, fit.values[name])
+        if nuisances or not quantity.nuisance or is_phase(quantity.name)
+    )

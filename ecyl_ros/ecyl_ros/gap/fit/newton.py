@@ -1,0 +1,174 @@
+"""Gauss-Newton with Cauchy's weights and a price on some of the coordinates.
+
+The objective is the logarithm of a robust mean square, times the pieces of evidence behind it, plus
+the price: with the level of what is left unknown, this is twice a negative log likelihood. Steps
+are damped where they leave more (Levenberg).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Collection, Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import LinAlgError, cho_factor, cho_solve
+
+from ..replay.replay import FloatArray
+from .gram import weighted_products
+from .robust import robust_mean_square, robust_weights
+
+# Levenberg's damping, tried in turn until a step leaves less; steps that come near need none.
+_DAMPING = (0.0, 1e-2, 0.1, 1.0, 10.0)
+_KEPT_PROMISE = 0.75  # share of the promised fall from which derivatives that last are kept
+_GOOD_STEP = 0.25  # share of the promised fall from which the next damping is not tried
+
+Map = Callable[[Callable[[int], FloatArray], Iterable[int]], Iterable[FloatArray]]
+
+
+@dataclass(frozen=True, eq=False)
+class Objective:
+    """What is brought down.
+
+    Attributes:
+        residual: float64[m] of the replay at a point float64[k]. tried: the same of a step that may
+            be taken, for the caller to keep what it is like.
+        loss_scale: of Cauchy's loss. evidence: pieces of evidence in the residual.
+        precision: float64[k], of the price: point^2 times it.
+        low, high: float64[k], bounds.
+    """
+
+    residual: Callable[[FloatArray], FloatArray]
+    tried: Callable[[FloatArray], FloatArray]
+    loss_scale: float
+    evidence: float
+    precision: FloatArray
+    low: FloatArray
+    high: FloatArray
+
+    def value(self, residual: FloatArray, point: FloatArray) -> float:
+        """At a point with its residual."""
+        level = robust_mean_square(residual, self.loss_scale)
+        return self.evidence * math.log(level) + float(self.precision @ point**2)
+
+    def curvature(
+        self, residual: FloatArray, point: FloatArray, slopes: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """(float64[k, k] without the price, float64[k] with it): of half the objective."""
+        weights = robust_weights(residual, self.loss_scale)
+        level = robust_mean_square(residual, self.loss_scale)
+        scale = self.evidence / (level * residual.size)
+        hessian, slope = weighted_products(slopes, weights, residual)
+        return scale * hessian, scale * slope + self.precision * point
+
+
+@dataclass(frozen=True)
+class Differences:
+    """How derivatives are taken: steps float64[k], both ways if central; side by side by `map`."""
+
+    steps: FloatArray
+    central: bool
+    map: Map
+
+
+def descend(
+    objective: Objective,
+    point: FloatArray,
+    slopes: FloatArray,
+    wanted: Sequence[int],
+    lasting: Collection[int],
+    differences: Differences,
+    *,
+    most: int,
+    least: float,
+    mended: Callable[[FloatArray, FloatArray], None] | None = None,
+) -> bool:
+    """Go down from `point`, with at most `most` steps; returns whether it has ended.
+
+    Args:
+        objective: what is brought down.
+        point: float64[k], to begin at.
+        slopes: float64[k, m], derivatives of the residual; overwritten where `wanted`.
+        wanted: coordinates whose derivatives are to be worked out; the others' are kept.
+        lasting: those of `wanted` that the residual depends on nearly linearly: their derivatives
+            are worked out again only after a step that did not keep its promise.
+        differences: how.
+        most: steps at the most.
+        least: fall of the objective below which it has ended.
+        mended: takes derivatives and the point they are of, and puts right what is known of them.
+    """
+    residual = objective.tried(point)
+    value = objective.value(residual, point)
+    fleeting = [one for one in wanted if one not in lasting]
+    fresh = True
+    for _ in range(most):
+        todo = wanted if fresh else fleeting
+        _differentiate(objective, point, residual, slopes, todo, differences)
+        if mended is not None:
+            mended(slopes, point)
+        hessian, slope = objective.curvature(residual, point, slopes)
+        gained, promised, there, left = 0.0, 0.0, point, residual
+        for damping in _DAMPING:
+            moved, fall = _step(objective, hessian, slope, point, damping)
+            after = objective.tried(moved)
+            gain = value - objective.value(after, moved)
+            promised = max(promised, fall)
+            if gain > gained:
+                gained, there, left = gain, moved, after
+            if gained > 0.0 and gained >= _GOOD_STEP * fall:
+                break
+        if gained <= least and (fresh or promised <= least):
+            return True
+        fresh = gained < _KEPT_PROMISE * promised
+        point, residual, value = there, left, value - gained
+    return False
+
+
+def _differentiate(
+    objective: Objective,
+    point: FloatArray,
+    residual: FloatArray,
+    slopes: FloatArray,
+    wanted: Sequence[int],
+    differences: Differences,
+) -> None:
+    turns = np.where(
+        point + differences.steps > objective.high, -differences.steps, differences.steps
+    )
+
+    def slope(index: int) -> FloatArray:
+        moved = point.copy()
+        moved[index] += turns[index]
+        ahead = objective.residual(moved)
+        if not differences.central:
+            return (ahead - residual) / turns[index]
+        moved[index] -= 2.0 * turns[index]
+        return (ahead - objective.residual(moved)) / (2.0 * turns[index])
+
+    for index, found in zip(wanted, differences.map(slope, wanted), strict=True):
+        slopes[index] = found
+
+
+def _step(
+    objective: Objective,
+    hessian: FloatArray,
+    slope: FloatArray,
+    point: FloatArray,
+    damping: float,
+) -> tuple[FloatArray, float]:
+    """Where a damped step from `point` leads within the bounds, and the fall that it promises."""
+    size = np.diag(hessian) + objective.precision
+    size = np.where(size > 0.0, size, 1.0)
+    # Scaled by its own curvature; what nothing depends on stays where it is.
+    root = 1.0 / np.sqrt(size)
+    whole = hessian + np.diag(objective.precision)
+    full = whole * np.outer(root, root)
+    full[np.diag_indices_from(full)] += damping + 1e-9
+    try:
+        step = -root * cho_solve(cho_factor(full), root * slope)
+    except LinAlgError:
+        return point, 0.0
+    reached = np.clip(point + step, objective.low, objective.high)
+    step = reached - point
+    fall = -2.0 * float(slope @ step) - float(step @ whole @ step)
+    return reached, max(fall, 0.0)

@@ -1,0 +1,1 @@
+"""Where the gap lies: by signal, condition, frequency and block."""

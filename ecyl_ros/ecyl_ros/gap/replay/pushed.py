@@ -1,0 +1,25 @@
+"""A replay with torque from outside on rotor and load, given over time."""
+
+from __future__ import annotations
+
+from ...drive.compiled import kernel
+from ...drive.engine import run_ticks
+
+
+@kernel
+def run_pushed(
+    ticks, every, reference, plant, cascade, pending, params, samples, inputs, torque, slopes
+):
+    """`run_ticks` from tick 0 with torque on rotor and load; arguments as there.
+
+    torque: float64[m, 2] at the reference's samples, N m, straight lines between them. slopes:
+    1 / inertia of rotor and load. What a tick's torque does to the speeds is added at its end.
+    """
+    tick_s = params[0].tick
+    for tick in range(ticks):
+        run_ticks(tick, 1, every, reference, plant, cascade, pending, params, samples, inputs)
+        index = tick // every
+        share = (tick - index * every + 0.5) / every
+        for side in range(2):
+            now = (1.0 - share) * torque[index, side] + share * torque[index + 1, side]
+            plant[1 + 2 * side] += now * slopes[side] * tick_s

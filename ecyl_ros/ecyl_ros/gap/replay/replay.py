@@ -1,0 +1,435 @@
+"""The recorded run once more, on the nominal drive with a set of effects: what all fits compare."""
+
+from __future__ import annotations
+
+import copy
+import dataclasses
+import math
+import threading
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import CubicHermiteSpline, CubicSpline
+
+from ...drive.cascade import initial_cascade_state
+from ...drive.engine import COLUMNS, MEASUREMENT, VOLTAGE, run_ticks
+from ...drive.law import Law
+from ...drive.packed import pack
+from ...drive.parameters import DriveParameters
+from ...drive.plant import MEASURED, voltage_queue
+from ...drive.tolerances import with_constants
+from ...effects.catalogue import CATALOGUE
+from ...errors import InputError
+from ...recording.signals import Recording
+from ..split import held_out_of
+from .first_state import first_state
+from .pushed import run_pushed
+from .screen import screen
+from .sensor_noise import declared_noise, roughness, silent, with_steps
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+Effects = Mapping[str, Mapping[str, float]]
+Constants = Mapping[str, float]
+NOMINAL: Constants = {}  # no constant off its nominal value
+
+
+@dataclass(frozen=True)
+class Signal:
+    """One signal that recording and replay are compared in.
+
+    name: as the diagnosis calls it. unit: SI. recorded: the `Recording` field. column: of the
+    engine's samples.
+    """
+
+    name: str
+    unit: str
+    recorded: str
+    column: int
+
+
+def _measured(name: str) -> int:
+    return MEASUREMENT + MEASURED.index(name)
+
+
+SIGNALS = (
+    Signal("rotor_position", "rad", "rotor_position_rad", _measured("rotor_position_rad")),
+    Signal(
+        "rotor_velocity", "rad/s", "rotor_velocity_rad_per_s", _measured("rotor_velocity_rad_per_s")
+    ),
+    Signal("current_q", "A", "current_q_a", _measured("current_q_a")),
+    Signal("voltage_q", "V", "voltage_q_v", VOLTAGE + 1),
+    Signal("rod_position", "m", "rod_position_m", _measured("rod_position_m")),
+)
+
+# A step of the replay's integrator times the drive's fastest rate: its error stays far below the
+# noise floor, and it takes half the time of the emulator's own.
+_REPLAY_RATE_STEP = 0.45
+_MOST_SUBSTEPS = 40  # per tick: a fit may wander to an absurdly stiff drive
+
+_QUIET_COMMAND = 0.15  # floor of a command without noise, as a share of what noise would make it
+_LOUD = 0.3  # share of the stated noise in the loop from which on its way round is reckoned with
+_SHAKING_SEED = 0x5EED  # unlike those that drives are emulated with
+_ROUGHER = 1.5  # a signal may be this much noisier than stated
+_SETTLING_S = 0.3  # left out where the run does not begin at rest, or a long gap ends
+_LONG_GAP_S = 0.02  # a gap the loop notices when the reference is filled in by a spline
+
+
+class Replay:
+    """Replays a recording's reference through the drive's model and compares.
+
+    Attributes:
+        drive: the nominal model, free of noise.
+        signals: those that the recording holds, in the order of `SIGNALS`.
+        recorded: float64[signals, n], NaN where nothing was measured.
+        floor: float64[signals], standard deviation of the measurement noise, in SI units.
+        healthy: float64[signals, n], in floors: what a perfect model would leave (one draw): noise,
+            and what noise does round the loop, where it moves the instants at which flanks meet.
+        source: what messages call the recording.
+        loop_share: share of the stated noise that goes round the loop, as the command shows it.
+        time_s: float64[n], from the recording's first stamp.
+        usable: bool[n], False while the replay settles (not at rest at the start, long gaps).
+        notes: what could not be used, one line each.
+
+    Raises:
+        InputError: no reference to replay, no signal to compare with, or too little of either.
+    """
+
+    def __init__(self, recording: Recording, drive: DriveParameters, source: str) -> None:
+        self.source = source
+        self._tally, self._counting = [0], threading.Lock()
+        self._check(recording)
+        recording, notes = screen(recording, drive, source)
+        drive = with_steps(drive, recording)
+        self.recording = recording
+        self.nominal = drive
+        self.drive = silent(drive)
+        self.notes = notes
+        self.time_s = np.asarray(recording.time_s)
+        self.signals = tuple(one for one in SIGNALS if recording.has(one.recorded))
+        missing = [one.name for one in SIGNALS if one not in self.signals]
+        if missing:
+            self.notes.append(f"not recorded, hence not judged: {', '.join(missing)}")
+        for name in ("injected_force_n", "injected_torque_nm"):
+            if recording.has(name):
+                self.notes.append(
+                    f"{name} was recorded, but a full cylinder is replayed without it: what it "
+                    "does counts as a gap"
+                )
+        self.recorded = np.array([recording.signal(one.recorded) for one in self.signals])
+        stated = declared_noise(drive)
+        # Voltage noise that the cascade makes of noise in what it measures.
+        self.proportional_noise_v = max(stated["voltage_q"], 1e-12)
+        self._lay_grid()
+        self._lay_reference()
+        self.floor = np.array([max(stated[one.name], 1e-30) for one in self.signals])
+        # How much of the stated noise goes round the loop; all of it unless the command says less.
+        self.loop_share = 1.0
+        self._shaking: tuple[DriveParameters, FloatArray] | None = None
+        self._find_start()
+        self.floor = self._settle_floor(stated)
+        self.healthy = self.healthy_with({})
+
+    def _check(self, recording: Recording) -> None:
+        if len(recording) < 200:
+            raise InputError(
+                f"{self.source}: {len(recording)} samples, expected at least 200 to diagnose"
+            )
+        known = np.isfinite(recording.reference_position_m)
+        if known.sum() < 0.5 * len(recording):
+            raise InputError(
+                f"{self.source}: /ecyl/reference holds {int(known.sum())} of {len(recording)} "
+                "positions, expected at least half of them to replay the loop"
+            )
+        if not any(recording.has(one.recorded) for one in SIGNALS):
+            raise InputError(
+                f"{self.source}: no rotor, rod, current or voltage signal, expected at least one"
+            )
+
+    def _settle_floor(self, stated: dict[str, float]) -> FloatArray:
+        """Standard deviation of each signal's noise: as stated, or more where it is rougher.
+
+        The roughness is looked for in what the nominal replay leaves, so that fast motion does not
+        count as noise; a gap that is rough itself cannot raise the floor beyond what was stated
+        times `_ROUGHER`.
+        """
+        left = self.recorded - self.simulate({})
+        floors = []
+        for one, values, rest in zip(self.signals, self.recorded, left, strict=True):
+            said = stated[one.name]
+            measured = min(roughness(values), roughness(rest))
+            scale = float(np.nanstd(values)) or 1.0
+            if one.name == "voltage_q" and said > 0.0:
+                # Noise that only the recording has never gets into the command.
+                self.loop_share = min(1.0, measured / said)
+                floors.append(said * max(self.loop_share, _QUIET_COMMAND))
+            elif said > 0.0:
+                floors.append(min(max(said, measured), _ROUGHER * said))
+            else:
+                floors.append(max(measured, 1e-9 * scale))
+        return np.array(floors)
+
+    def _lay_grid(self) -> None:
+        """Ticks per sample of the replay, and where the recording's samples lie on its grid."""
+        rate = self.drive.controller.rate
+        ratio = rate / self.recording.rate_hz
+        whole = max(1, round(ratio))
+        step = whole / rate
+        index = self.time_s / step
+        on_grid = bool(np.all(np.abs(index - np.round(index)) < 0.01))
+        if abs(ratio / whole - 1.0) > 0.01 or not on_grid:
+            # Uneven stamps or another rate: replay finely and interpolate.
+            whole = max(1, min(whole, round(rate / 1000.0)))
+            step = whole / rate
+        self._every = whole
+        self._grid_step = step
+        self._rows = np.round(index).astype(np.int64) if on_grid else None
+        self._samples = math.ceil(self.time_s[-1] / step - 1e-6) + 1
+
+    def _lay_reference(self) -> None:
+        position = self.recording.reference_position_m
+        velocity = self.recording.reference_velocity_m_per_s
+        known = np.isfinite(position)
+        time = self.time_s[known]
+        if np.isfinite(velocity[known]).all():
+            spline = CubicHermiteSpline(time, position[known], velocity[known])
+        else:
+            spline = CubicSpline(time, position[known])
+        grid = np.clip(np.arange(self._samples + 1) * self._grid_step, time[0], time[-1])
+        self._reference = np.column_stack([spline(grid), spline(grid, 1)])
+        self.usable = np.ones(len(self.time_s), dtype=bool)
+        for end in time[1:][np.diff(time) > max(_LONG_GAP_S, 3.0 * self._grid_step)]:
+            self.usable &= (self.time_s < end - 1e-9) | (self.time_s > end + _SETTLING_S)
+        lost = float(np.diff(self.time_s).max())
+        if lost > max(_LONG_GAP_S, 3.0 * self._grid_step):
+            self.notes.append(f"samples missing for up to {lost:.3f} s")
+
+    def _find_start(self) -> None:
+        """Plant and cascade state at the first sample: at rest unless the recording says not."""
+        names = [one.name for one in self.signals]
+        first = dict(zip(names, self.recorded[:, 0].tolist(), strict=True))
+        floors = dict(zip(names, self.floor.tolist(), strict=True))
+        wanted = float(self._reference[0, 0]), float(self._reference[0, 1])
+        self._plant, integrals = first_state(self.drive, wanted, first, floors)
+        self._integrals = np.zeros(3) if integrals is None else integrals
+        if integrals is not None:
+            self.usable &= self.time_s > _SETTLING_S
+            self.notes.append(f"does not begin at rest: the first {_SETTLING_S:g} s are not judged")
+
+    @property
+    def runs(self) -> int:
+        """How many times the drive was simulated so far, copies of this replay included."""
+        return self._tally[0]
+
+    def complete(self, effects: Effects, constants: Constants) -> dict[str, dict[str, float]]:
+        """Effects with all the parameters that a fit to this recording has.
+
+        constants: beside which they act.
+        """
+        return {name: CATALOGUE[name].complete(given) for name, given in effects.items()}
+
+    def held_out(self) -> BoolArray:
+        """bool[n], stretches that no parameter is to be fitted to."""
+        return held_out_of(self.time_s, self.gap({}), self.usable)
+
+    @property
+    def step_s(self) -> float:
+        """Time between two samples of the recording, the median."""
+        return float(np.median(np.diff(self.time_s)))
+
+    @property
+    def parts(self) -> tuple[Replay, ...]:
+        """One replay for each recording: this one."""
+        return (self,)
+
+    @property
+    def spans(self) -> tuple[slice, ...]:
+        """Where the samples of each of `parts` are."""
+        return (slice(0, len(self.time_s)),)
+
+    def at(self, constants: Constants) -> Replay:
+        """The same recording with other constants taken for nominal, as a fit has found them.
+
+        The controller goes on believing in those of the drive file.
+        """
+        other = copy.copy(self)
+        other.drive = with_constants(self.drive, constants)
+        if self._shaking is not None:
+            drive, alone = self._shaking
+            other._shaking = with_constants(drive, constants), alone
+        return other
+
+    def playing(self, law: Law | None) -> Replay:
+        """The same recording, replayed with a law in the drive."""
+        other = copy.copy(self)
+        other.drive = dataclasses.replace(self.drive, learned=law)
+        return other
+
+    def until(self, end_s: float) -> Replay:
+        """The same recording up to `end_s`, for a look that needs no more: it costs less."""
+        kept = int(np.searchsorted(self.time_s, end_s, side="right"))
+        other = self._with(np.arange(kept))
+        last = float(other.time_s[-1]) / self._grid_step
+        other._samples = min(self._samples, math.ceil(last - 1e-6) + 1)
+        return other
+
+    def thinned(self, rate_hz: float) -> Replay:
+        """The same recording, compared at the samples nearest to those of a lower rate."""
+        wanted = np.arange(0.0, float(self.time_s[-1]) + 0.5 / rate_hz, 1.0 / rate_hz)
+        after = np.clip(np.searchsorted(self.time_s, wanted), 1, len(self.time_s) - 1)
+        before = wanted - self.time_s[after - 1] < self.time_s[after] - wanted
+        return self._with(np.unique(after - before))
+
+    def _with(self, rows: NDArray[np.int64]) -> Replay:
+        """The same recording, compared at some of its samples."""
+        other = copy.copy(self)
+        for name in ("time_s", "usable"):
+            setattr(other, name, getattr(self, name)[rows])
+        for name in ("recorded", "healthy"):
+            setattr(other, name, getattr(self, name)[:, rows])
+        other._rows = None if self._rows is None else self._rows[rows]
+        if self._shaking is not None:
+            drive, alone = self._shaking
+            other._shaking = drive, alone[:, rows]
+        return other
+
+    @property
+    def reference_m(self) -> FloatArray:
+        """float64[n], the rod position asked for at the recording's samples."""
+        return self._on_samples(self._reference[:-1, :1])[0]
+
+    def _on_samples(self, columns: FloatArray) -> FloatArray:
+        """float64[columns, n] at the recording's stamps from float64[grid, columns]."""
+        if self._rows is not None:
+            return np.ascontiguousarray(columns[self._rows].T)
+        grid = np.arange(len(columns)) * self._grid_step
+        values: FloatArray = CubicSpline(grid, columns)(self.time_s).T
+        return values
+
+    def packed(self, effects: Effects, drive: DriveParameters | None = None) -> NDArray[np.void]:
+        """The packed record of the drive with `effects` added to those of the drive file.
+
+        drive: in place of the nominal model free of noise; the controller goes on believing in the
+        nominal one.
+        """
+        base = drive or self.drive
+        drive = dataclasses.replace(base, effects={**base.effects, **effects})
+        return pack(drive, rate_step=_REPLAY_RATE_STEP, most=_MOST_SUBSTEPS, believed=self.nominal)
+
+    def run(
+        self,
+        effects: Effects,
+        drive: DriveParameters | None = None,
+        torque: FloatArray | None = None,
+    ) -> FloatArray:
+        """All the engine's columns at the grid of the replay, float64[grid, COLUMNS].
+
+        torque: float64[2, n] at the recording's stamps, N m from outside on rotor and load.
+        """
+        params = self.packed(effects, drive)
+        cascade = initial_cascade_state(params)
+        cascade[0][:] = self._integrals
+        with self._counting:
+            self._tally[0] += 1
+        samples = np.zeros((self._samples, COLUMNS))
+        ticks = (self._samples - 1) * self._every + 1
+        run = (
+            self._every,
+            self._reference,
+            self._plant.copy(),
+            cascade,
+            voltage_queue(params),
+            params,
+            samples,
+            np.zeros(len(MEASURED)),
+        )
+        if torque is None:
+            run_ticks(0, ticks, *run)
+        else:
+            grid = np.arange(self._samples + 1) * self._grid_step
+            pushed = np.column_stack([np.interp(grid, self.time_s, one) for one in torque])
+            slopes = np.array([params[0]["per_rotor_inertia"], params[0]["per_load_inertia"]])
+            run_pushed(ticks, *run, pushed, slopes)
+        return samples
+
+    def full(self, effects: Effects, torque: FloatArray | None = None) -> FloatArray:
+        """All the engine's columns at the recording's stamps, float64[COLUMNS, n]; see `run`."""
+        return self._on_samples(self.run(effects, torque=torque))
+
+    def healthy_with(self, effects: Effects) -> FloatArray:
+        """One draw of what a model with `effects` would leave, were it perfect, in floors.
+
+        float64[signals, n]: noise, and what it does round the loop. White noise where the command
+        shows that little of it goes round.
+        """
+        drawn = np.random.default_rng(1).standard_normal(self.recorded.shape)
+        if not self.noise_in_loop:
+            return drawn
+        noisy = self._columns(effects, self.nominal)
+        left: FloatArray = (noisy - self.simulate(effects)) / self.floor[:, None]
+        return left
+
+    @property
+    def noise_in_loop(self) -> bool:
+        """Whether enough of the stated noise goes round the recorded loop to be reckoned with."""
+        return self.loop_share >= _LOUD and any(declared_noise(self.nominal).values())
+
+    def keep_noise_out_of_the_loop(self) -> None:
+        """From now on reckon with noise of the recording alone."""
+        self.loop_share = 0.0
+        self.calm()
+        self.healthy = self.healthy_with({})
+
+    def shake(self) -> None:
+        """From now on simulate with noise in the loop.
+
+        A load that sticks is shaken loose by the noise of its own loop, and creeps where a silent
+        replay stays. How it creeps on average hardly depends on the draw of the noise; what this
+        draw does to the drive without effects is subtracted again.
+        """
+        sensors = dataclasses.replace(
+            self.nominal.sensors,
+            **{
+                one.name: getattr(self.nominal.sensors, one.name) * self.loop_share
+                for one in dataclasses.fields(self.nominal.sensors)
+                if one.name.endswith("_noise")
+            },
+            noise_seed=_SHAKING_SEED,
+        )
+        drive = dataclasses.replace(self.nominal, sensors=sensors)
+        self._shaking = drive, self._columns({}, drive) - self._columns({})
+
+    def calm(self) -> None:
+        """From now on simulate without noise, as at first."""
+        self._shaking = None
+
+    def _columns(self, effects: Effects, drive: DriveParameters | None = None) -> FloatArray:
+        samples = self.run(effects, drive)
+        return self._on_samples(samples[:, [one.column for one in self.signals]])
+
+    def simulate(self, effects: Effects, constants: Constants = NOMINAL) -> FloatArray:
+        """What the model gives at the recording's stamps: float64[signals, n].
+
+        constants: {key of the drive file: value} in place of the nominal ones.
+        """
+        if self._shaking is None:
+            return self._columns(effects, with_constants(self.drive, constants))
+        drive, alone = self._shaking
+        return self._columns(effects, with_constants(drive, constants)) - alone
+
+    def gap(self, effects: Effects, constants: Constants = NOMINAL) -> FloatArray:
+        """Recorded less simulated over the noise floor, float64[signals, n]; 0 where not usable."""
+        return self.gap_of(self.simulate(effects, constants))
+
+    def gap_of(self, simulated: FloatArray) -> FloatArray:
+        """The same of what was simulated, float64[signals, n]."""
+        difference = (self.recorded - simulated) / self.floor[:, None]
+        difference[:, ~self.usable] = 0.0
+        # A loop that runs away must compare as bad, not as unknown.
+        blown = np.isfinite(self.recorded) & ~np.isfinite(difference)
+        difference[blown] = 1e6
+        np.clip(difference, -1e6, 1e6, out=difference)
+        difference[~np.isfinite(self.recorded)] = 0.0
+        return difference

@@ -1,0 +1,78 @@
+"""Noise of the sensors: as a drive file states it, and as a recording shows it."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...drive.loop_noise import current_command_noise
+from ...drive.parameters import DriveParameters
+from ...recording.signals import Recording
+
+# Where drive files state no noise and signals are coarse, the recording's own roughness gives it.
+_ROUGHNESS_ORDER = 3
+
+
+def roughness(values: NDArray[np.float64]) -> float:
+    """Standard deviation of the white noise in a sampled smooth signal.
+
+    From third differences, by the median, so that neither smooth motion nor single impacts count;
+    0 where fewer than 50 values are there.
+    """
+    finite = values[np.isfinite(values)]
+    if finite.size < 50:
+        return 0.0
+    differences = np.diff(finite, _ROUGHNESS_ORDER)
+    scale = math.sqrt(math.comb(2 * _ROUGHNESS_ORDER, _ROUGHNESS_ORDER))
+    return float(1.4826 * np.median(np.abs(differences)) / scale)
+
+
+def declared_noise(drive: DriveParameters) -> dict[str, float]:
+    """Standard deviation of each signal's noise as the drive file states it, in its unit.
+
+    The commanded voltage carries no noise of its own: its floor is what the noise of the measured
+    signals becomes on its way through the cascade's proportional gains and filters.
+    """
+    sensors, controller = drive.sensors, drive.controller
+    position = math.hypot(
+        sensors.rotor_position_noise, sensors.rotor_position_resolution / math.sqrt(12.0)
+    )
+    rod = math.hypot(sensors.rod_position_noise, sensors.rod_position_resolution / math.sqrt(12.0))
+    current = math.hypot(sensors.current_noise, current_command_noise(drive))
+    return {
+        "rotor_position": position,
+        "rotor_velocity": sensors.rotor_velocity_noise,
+        "current_q": sensors.current_noise,
+        "voltage_q": controller.current.kp * current,
+        "rod_position": rod,
+    }
+
+
+def with_steps(drive: DriveParameters, recording: Recording) -> DriveParameters:
+    """The drive with the steps that the recording was quantised to, where its file states none."""
+    sensors = drive.sensors
+    rotor = recording.resolution.get("rotor_position_rad", 0.0)
+    rod = recording.resolution.get("rod_position_m", 0.0)
+    sensors = dataclasses.replace(
+        sensors,
+        rotor_position_resolution=sensors.rotor_position_resolution or rotor,
+        rod_position_resolution=sensors.rod_position_resolution or rod,
+    )
+    return dataclasses.replace(drive, sensors=sensors)
+
+
+def silent(drive: DriveParameters) -> DriveParameters:
+    """The drive without noise and quantisation."""
+    sensors = dataclasses.replace(
+        drive.sensors,
+        rotor_position_noise=0.0,
+        rotor_velocity_noise=0.0,
+        current_noise=0.0,
+        rod_position_noise=0.0,
+        rotor_position_resolution=0.0,
+        rod_position_resolution=0.0,
+    )
+    return dataclasses.replace(drive, sensors=sensors)

@@ -1,0 +1,1 @@
+"""The closer twin: a drive file with what was found."""
