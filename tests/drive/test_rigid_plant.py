@@ -24,7 +24,7 @@ def test_a_sliding_mass_stops_where_friction_has_taken_its_energy() -> None:
     plant = plant_of(model_of(dataclasses.replace(FILE, coulomb=8.0), True))
     for h in (1e-3, 2.3e-4):
         n = int(1.0 / h)
-        position, speed = along(plant, 0.0, 0.0, 0.1, np.zeros(n), np.zeros(n), h)
+        position, speed = along(plant, 0.0, 0.0, 0.1, np.zeros(n), np.zeros(n), np.zeros((n, 2)), h)
         assert position[-1] == pytest.approx(MASS * 0.01 / 16.0, rel=2e-3)
         assert speed[-1] == 0.0 and position[-1] == position[-50]
 
@@ -35,7 +35,7 @@ def test_friction_in_proportion_to_acceleration_is_an_inertia_that_brakes() -> N
     machine = dataclasses.replace(FILE, coulomb=0.0, effects=(rubbing,), effects_unit="N")
     n, h = 2000, 1e-4
     plant = plant_of(model_of(machine, True))
-    _, speed = along(plant, 0.0, 0.0, 0.1, np.full(n, 12.0), np.zeros(n), h)
+    _, speed = along(plant, 0.0, 0.0, 0.1, np.full(n, 12.0), np.zeros(n), np.zeros((n, 2)), h)
     assert np.gradient(speed, h)[n // 2] == pytest.approx(12.0 / (MASS + 4.0), rel=1e-6)
 
 
@@ -43,9 +43,9 @@ def test_friction_holds_up_to_its_level_and_no_further() -> None:
     """A load below the friction level moves nothing; above, it accelerates by what is over."""
     plant = plant_of(model_of(dataclasses.replace(FILE, coulomb=8.0), True))
     h, n = 1e-3, 1000
-    still, _ = along(plant, 0.0, 0.3, 0.0, np.full(n, 7.99), np.zeros(n), h)
+    still, _ = along(plant, 0.0, 0.3, 0.0, np.full(n, 7.99), np.zeros(n), np.zeros((n, 2)), h)
     assert np.all(still == 0.3)
-    _, speed = along(plant, 0.0, 0.3, 0.0, np.full(n, -9.0), np.zeros(n), h)
+    _, speed = along(plant, 0.0, 0.3, 0.0, np.full(n, -9.0), np.zeros(n), np.zeros((n, 2)), h)
     assert speed[-1] == pytest.approx(-1.0 / MASS * h * (n - 1), rel=1e-9)
 
 
@@ -79,7 +79,9 @@ def test_the_step_agrees_with_scipy_and_is_of_second_order() -> None:
     errors = []
     for h in (1e-3, 5e-4):
         n = round(2.0 / h) + 1
-        position, _ = along(plant, 0.0, 0.0, 0.1, np.full(n, 12.0), np.zeros(n), h)
+        position, _ = along(
+            plant, 0.0, 0.0, 0.1, np.full(n, 12.0), np.zeros(n), np.zeros((n, 2)), h
+        )
         errors.append(abs(position[-1] - exact.y[0, -1]))
     assert errors[1] < 1e-6
     assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.25)

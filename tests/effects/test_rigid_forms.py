@@ -95,7 +95,7 @@ def test_what_a_column_asks_moves_the_machine_as_measured(name: str) -> None:
             continue
         a = course.acceleration[row]
         q, v = course.position[row], course.velocity[row]
-        _, after, _ = step(plant, T[row], q, v, a, effort[row], 0.0, h)
+        _, after, _ = step(plant, T[row], q, v, a, effort[row], 0.0, (0.0, 0.0), h)
         assert (after - v) / h == pytest.approx(a, abs=2e-4), (row, q, v)
 
 

@@ -10,7 +10,6 @@ import pytest
 from rigid_machines import LINEAR, ROTARY, Motion, motion, recorded
 
 import ecyl_ros as ec
-from ecyl_ros.errors import InputError
 from ecyl_ros.gap.describe.description import Description
 from ecyl_ros.gap.diagnose import diagnose
 from ecyl_ros.gap.diagnosis import Diagnosis
@@ -46,6 +45,11 @@ def bump(q: np.ndarray) -> np.ndarray:
     return 8.0 * np.exp(-(((q - 0.03) / 0.015) ** 2))
 
 
+def notch(q: np.ndarray) -> np.ndarray:
+    """A torque at one place of the turn, N m."""
+    return 0.5 * np.exp(3.0 * (np.cos(q - 1.0) - 1.0)) * np.sin(q)
+
+
 def test_a_resistance_at_one_place_is_a_law_of_position() -> None:
     """What drags against positive motion at a place, whichever way it moves, is told by its curve,
     with the sign of what drives, and most of the gap is gone on held-out stretches."""
@@ -55,9 +59,11 @@ def test_a_resistance_at_one_place_is_a_law_of_position() -> None:
     assert law.law.unit == "N" and law.law.units == ("m",)
     assert inside(law, lambda q: -bump(q)) > 0.9
     assert law.shrink > 0.9 and diagnosis.block == "load"
-    # Position and speed are replayed without the law, and not told as if it had closed them.
-    assert [one.name for one in diagnosis.signals] == ["force"]
-    assert diagnosis.series.recorded.shape[0] == diagnosis.series.after.shape[0] == 1
+    # Position and speed are replayed with it.
+    assert [one.name for one in diagnosis.signals] == ["force", "position", "speed"]
+    assert all(one.after < 0.3 * one.gap for one in diagnosis.signals)
+    assert diagnosis.series.recorded.shape == diagnosis.series.after.shape
+    assert diagnosis.series.recorded.shape[0] == 3
 
 
 def test_a_drag_at_one_speed_is_a_friction_of_speed() -> None:
@@ -83,9 +89,6 @@ def test_a_spring_that_hardens_is_told_by_its_formula() -> None:
 def test_an_output_that_turns_has_a_law_of_its_angle() -> None:
     """A torque at one place of the turn, over several turns, is periodic in the angle."""
 
-    def notch(q: np.ndarray) -> np.ndarray:
-        return 0.5 * np.exp(3.0 * (np.cos(q - 1.0) - 1.0)) * np.sin(q)
-
     m = WIDE
     law = law_of(diagnose(recorded(m, 0.02 * m.a + notch(m.q), ROTARY, 0.01, 1e-5), ROTARY))
     assert law.law.port == "rotor_torque" and law.law.of == ("rotor_angle",)
@@ -101,8 +104,8 @@ def test_an_effort_that_wanders_is_no_law(seed: int) -> None:
     assert found(lambda m: 0.0 * m.q).verdict == "no_gap"
 
 
-def test_report_json_and_summary_tell_the_law(tmp_path) -> None:
-    """Units in all three; a drive file cannot hold it, which is one line."""
+def test_report_json_and_summary_tell_the_law() -> None:
+    """Units in all three."""
     diagnosis = found(lambda m: bump(m.q))
     assert "a force on the load that depends on position" in " ".join(summary(diagnosis).split())
     assert "Added to the model it removes" in " ".join(summary(diagnosis).split())
@@ -110,12 +113,26 @@ def test_report_json_and_summary_tell_the_law(tmp_path) -> None:
     assert "position, m" in page and "value, N" in page
     data = json.loads(json.dumps(diagnosis.as_json()))["law"]
     assert data["unit"] == "N" and data["units"] == ["m"] and len(data["table"]["at"]) == 48
-    drive = tmp_path / "axis.yaml"
-    drive.write_text(
-        "/**:\n  ros__parameters:\n    drive: {kind: rigid, output: linear}\n"
-        "    actuation: {signal: force}\n    load: {mass: 20.0}\n"
+
+
+@pytest.mark.parametrize("output", ["linear", "rotary"])
+def test_the_twin_plays_the_law(tmp_path, output: str) -> None:
+    """The drive file with the law in it has no gap to the recording that it came from, and none
+    that a fault would make to one of another motion."""
+    linear = output == "linear"
+    mass, key, signal, off = (
+        (20.0, "mass", "force", bump) if linear else (0.02, "inertia", "torque", notch)
     )
-    run = recorded(MOTION, 20.0 * MOTION.a + bump(MOTION.q), LINEAR, 0.3, 1e-6)
-    with pytest.raises(InputError, match="not written, for no cause was named"):
-        ec.diagnose(run, drive).write_drive(tmp_path / "twin.yaml")
-    assert not (tmp_path / "twin.yaml").exists()
+    of, noise, step = (LINEAR, 0.3, 1e-6) if linear else (ROTARY, 0.01, 1e-5)
+    drive, twin = tmp_path / "axis.yaml", tmp_path / "twin.yaml"
+    drive.write_text(
+        f"/**:\n  ros__parameters:\n    drive: {{kind: rigid, output: {output}}}\n"
+        f"    actuation: {{signal: {signal}}}\n    load: {{{key}: {mass}}}\n"
+    )
+    first, other = (MOTION, motion(0.08)) if linear else (WIDE, motion(5.0))
+    run = recorded(first, mass * first.a + off(first.q), of, noise, step)
+    ec.diagnose(run, drive).write_drive(twin)
+    assert ec.diagnose(run, twin).verdict in ("no_gap", "within_sheet")
+    again = recorded(other, mass * other.a + off(other.q), of, noise, step)
+    assert ec.diagnose(again, drive).verdict not in ("no_gap", "within_sheet")
+    assert ec.diagnose(again, twin).verdict in ("no_gap", "within_sheet")

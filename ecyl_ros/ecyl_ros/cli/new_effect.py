@@ -34,7 +34,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Write the files; 0 when they are written."""
-    from ..drive.drive_file import load_drive, resolve_drive
+    from ..drive.drive_file import resolve_drive
+    from ..drive.model_file import load_model
+    from ..drive.rigid.machine import Machine
     from ..errors import InputError
     from ..gap.describe.effect_file import effect_text, test_text
     from ..recording.atomic import write_text
@@ -46,7 +48,13 @@ def run(options: argparse.Namespace) -> int:
         overwrite=options.overwrite,
         suffixes={"--out": f"{options.name}.py", "--test": ".py"},
     )
-    law = load_drive(source).learned
+    drive = load_model(source)
+    if isinstance(drive, Machine):
+        raise InputError(
+            f"{source}: drive.kind = {drive.kind!r}, expected a full cylinder, at whose ports the "
+            "library's effects act"
+        )
+    law = drive.learned
     if law is None:
         raise InputError(f"{source}: no effects.learned; expected a learned law in it")
     effect = effect_text(law, options.name)

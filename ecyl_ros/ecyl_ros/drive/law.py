@@ -17,6 +17,7 @@ import itertools
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from types import MappingProxyType
 from typing import Any
 
 from ..errors import InputError
@@ -159,8 +160,15 @@ KEYS = {
 }
 
 
-def law_from_flat(flat: Mapping[str, Any], source: str) -> Law | None:
+def law_from_flat(
+    flat: Mapping[str, Any],
+    source: str,
+    ports: Mapping[str, str] = MappingProxyType(PORTS),
+    variables: Mapping[str, str] = MappingProxyType(VARIABLES),
+) -> Law | None:
     """The law in flat dotted keys; None where they hold none.
+
+    ports, variables: that the drive has.
 
     Raises:
         InputError: an unknown or missing key, or a value that a law cannot have.
@@ -178,11 +186,11 @@ def law_from_flat(flat: Mapping[str, Any], source: str) -> Law | None:
     for key in ("port", "table.values"):
         if key not in given:
             raise InputError(f"{source}: {KEY}.{key} is missing; a learned law needs it")
-    port = _one_of(given["port"], PORTS, "port", source)
+    port = _one_of(given["port"], ports, "port", source)
     names = given.get("of", ())
     if isinstance(names, str) or not hasattr(names, "__iter__"):
         names = [names]
-    of = tuple(_one_of(one, VARIABLES, "of", source) for one in names)
+    of = tuple(_one_of(one, variables, "of", source) for one in names)
     if len(of) > 2 or len(set(of)) < len(of):
         raise InputError(f"{source}: {KEY}.of = {list(of)}, expected up to two different variables")
     lost = [one for one in of if one in ("voltage", "torque") and port in SENSORS]

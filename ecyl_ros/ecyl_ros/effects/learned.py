@@ -40,16 +40,21 @@ FIELDS = [
 ]
 
 
-def put(record: np.ndarray, law: Law, drive: DriveParameters) -> None:
-    """Put a law into the packed record of a drive."""
-    record["learned_port"] = _NUMBER[law.port]
-    record["learned_on_load"] = law.on_load
+def put_table(record: np.ndarray, law: Law) -> None:
+    """Put a law's table into a record that has `FIELDS`."""
     for row, (name, places) in enumerate(zip(law.of, law.at, strict=True)):
         record["learned_variables"][0, row] = _PLACE[name]
         record["learned_count"][0, row] = len(places)
         record["learned_period"][0, row] = law.periods[row]
         record["learned_at"][0, row, : len(places)] = places
     record["learned_value"][0, : len(law.values)] = law.values
+
+
+def put(record: np.ndarray, law: Law, drive: DriveParameters) -> None:
+    """Put a law into the packed record of a drive."""
+    put_table(record, law)
+    record["learned_port"] = _NUMBER[law.port]
+    record["learned_on_load"] = law.on_load
     if law.time_constant_s > 0.0:
         record["learned_heat_kept"] = math.exp(-1.0 / (law.time_constant_s * drive.controller.rate))
     if law.of_friction:

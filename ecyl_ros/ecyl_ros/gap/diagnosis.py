@@ -304,8 +304,10 @@ class Diagnosis:
 
     @property
     def has_twin(self) -> bool:
-        """Whether a drive file can hold what closes the gap: not a law of a rigid drive."""
-        return self.closes and not (self.law is not None and self.law.in_balance)
+        """Whether a drive file can hold what closes the gap: not a second law of a rigid drive."""
+        return self.closes and not (
+            self.law is not None and self.law.in_balance and self.closest is None
+        )
 
     def as_json(self) -> dict[str, Any]:
         """The diagnosis as plain data, schema `ecyl.diagnosis/1`."""

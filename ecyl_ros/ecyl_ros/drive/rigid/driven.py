@@ -12,6 +12,7 @@ from scipy.interpolate import CubicSpline
 
 from ..compiled import kernel
 from .course import BoolArray, Course, FloatArray
+from .law import remembered
 from .loop import ask, gains_of, reference_speed
 from .machine import Machine
 from .packed import model_of, plant_of
@@ -68,6 +69,7 @@ def by_effort(
     """
     model = model_of(machine, own)
     plant = plant_of(model)
+    memory = remembered(model.learned, motion, motion.effort)
     rate = motion.rate_hz
     steps = max(1, math.ceil(2.0 / (5.0 * rate * _FINEST_S)))
     found = _nothing(motion)
@@ -78,7 +80,14 @@ def by_effort(
         pushed = np.interp(time + 0.5 * h, motion.time_s, push)
         position, speed = _begin(motion, first)
         positions, speeds = along(
-            plant, float(motion.own_s[first]), position, speed, effort, pushed, h
+            plant,
+            float(motion.own_s[first]),
+            position,
+            speed,
+            effort,
+            pushed,
+            np.repeat(memory[first:behind], steps, axis=0),
+            h,
         )
         found.position[first:behind] = positions[::steps]
         found.velocity[first:behind] = speeds[::steps]
@@ -100,6 +109,7 @@ def by_loop(motion: Course, machine: Machine, own: bool, parts: Pieces, push: Fl
     steps = max(2, math.ceil(period / _FINEST_S))
     late = round(machine.delay_s * rate * ticks)
     wanted = reference_speed(machine, motion.reference_position, motion.reference_velocity, rate)
+    memory = remembered(model.learned, motion, motion.effort)
     found = _nothing(motion)
     has_speed = bool(np.isfinite(motion.recorded_velocity).any())
     for first, behind in parts:
@@ -119,6 +129,7 @@ def by_loop(motion: Course, machine: Machine, own: bool, parts: Pieces, push: Fl
             _fine(motion.reference_position[first:behind], ticks),
             _fine(wanted[first:behind], ticks),
             push[first:behind],
+            memory[first:behind],
             float(np.mean(begin)),
             commands,
             past,
@@ -166,6 +177,7 @@ def _closed(
     reference,
     wanted,
     pushed,
+    memory,
     first_effort,
     commands,
     past,
@@ -205,6 +217,15 @@ def _closed(
             at = math.floor(tick + part / steps - delay_ticks + 1e-9) - late
             effort = commands[past + min(at, tick)]
             time = start + (tick * steps + part) * h
+            row = tick // ticks
             position, speed, acceleration = step(
-                plant, time, position, speed, acceleration, effort, pushed[tick // ticks], h
+                plant,
+                time,
+                position,
+                speed,
+                acceleration,
+                effort,
+                pushed[row],
+                (memory[row, 0], memory[row, 1]),
+                h,
             )

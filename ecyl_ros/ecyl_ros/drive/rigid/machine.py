@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from ..law import Law
 from ..tolerances import RIGID, half_widths
 from .model import Acting
 
@@ -48,6 +49,7 @@ class Machine:
         tolerances: as the file states them, by key; see `drive.tolerances`.
         effects: what acts beyond these. effects_unit: of the effort their values are counted in;
             None where no value tells.
+        learned: a law that a diagnosis learned, counted in `effects_unit`.
     """
 
     kind: str
@@ -74,6 +76,7 @@ class Machine:
     tolerances: Mapping[str, float | str] = dataclasses.field(default_factory=dict)
     effects: tuple[Acting, ...] = ()
     effects_unit: str | None = None
+    learned: Law | None = None
 
     @property
     def linear(self) -> bool:

@@ -15,8 +15,10 @@ from typing import Any
 
 from ...errors import InputError
 from ..drive_file import NODE_KEYS, read_parameter_file, resolve_drive
+from ..law import KEY
 from ..tolerances import RIGID, stated_tolerances
 from .effects_file import effects_table, parse
+from .law import UNIT, law_of
 from .machine import KEYS, OUTPUTS, Key, Machine
 
 
@@ -33,10 +35,13 @@ def load_machine(path: str | os.PathLike[str]) -> Machine:
 
 def machine_from_flat(flat: Mapping[str, Any], source: str) -> Machine:
     """`Machine` from dotted parameters; see `load_machine`."""
-    acting = {}
+    acting, law_keys = {}, {}
     known = ", ".join((*KEYS, "effects", "tolerances"))
     for key in flat:
         if key in KEYS or key.split(".")[0] in ("tolerances", *NODE_KEYS):
+            continue
+        if key == KEY or key.startswith(f"{KEY}."):
+            law_keys[key] = flat[key]
             continue
         if key.startswith("effects.") and key.count(".") == 2:
             acting[key.removeprefix("effects.")] = flat[key]
@@ -57,11 +62,18 @@ def machine_from_flat(flat: Mapping[str, Any], source: str) -> Machine:
     units = {key: KEYS[key].units[not linear] for key in RIGID}
     stated = stated_tolerances(flat, units, source, RIGID)
     effects, unit = parse(acting, linear, values.get("lead"), source)
+    learned = law_of(law_keys, linear, source)
+    if learned is not None and unit not in (None, learned.unit):
+        raise InputError(
+            f"{source}: {UNIT} = {learned.unit!r}, expected {unit!r}, in which the other effects "
+            "are counted"
+        )
     machine = Machine(
         **values,
         tolerances=stated,
         effects=effects,
-        effects_unit=unit,
+        effects_unit=unit if learned is None else learned.unit,
+        learned=learned,
     )
     _check_relations(machine, source)
     return _with_own_gain(machine)
@@ -97,7 +109,7 @@ def _check_relations(machine: Machine, source: str) -> None:
             f"{source}: actuation.signal = 'force' does not go with drive.output rotary; expected "
             "torque, current, voltage or loop"
         )
-    if machine.effects and machine.kind == "follower":
+    if (machine.effects or machine.learned) and machine.kind == "follower":
         raise InputError(f"{source}: effects do not go with drive.kind follower; expected rigid")
     if machine.actuation == "loop" and not machine.loop_known:
         raise InputError(

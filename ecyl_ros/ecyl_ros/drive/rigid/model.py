@@ -6,6 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
 
+from ..law import Law
+
 Pair = tuple[float, float]  # forwards, backwards
 
 
@@ -44,7 +46,7 @@ class Model:
             effort by the true one, which an effect may tell; without a gain in the file effort as
             recorded over effort in N or N m, 0 where that is unknown. counted: effort over what the
             keys ask for, by the file's own gain, or else by `ratio`.
-        shapes: effects that no constant can hold.
+        shapes: effects that no constant can hold. learned: a law that has no name.
     """
 
     inertia: float | None
@@ -57,3 +59,4 @@ class Model:
     ratio: float
     counted: float
     shapes: tuple[Acting, ...] = ()
+    learned: Law | None = None

@@ -6,13 +6,15 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ...effects.catalogue import RIGID
 from ...effects.rigid_form import EFFORT_KINDS
 from ...effects.rigid_ports import KINDS, PORTS, port_of
+from . import law
 from .course import FloatArray
 from .machine import Machine
 from .model import Acting, Keys, Model
@@ -44,9 +46,12 @@ def model_of(machine: Machine, own: bool) -> Model:
         ratio=ratio,
         counted=1.0 if own else ratio,
     )
-    effects = [scaled(one, made.ratio / (made.counted or 1.0)) for one in machine.effects]
+    factor = made.ratio / (made.counted or 1.0)
+    effects = [scaled(one, factor) for one in machine.effects]
     shapes = tuple(one for one in effects if RIGID[one.name].modify is None)
     made = replace(made, shapes=shapes)
+    if machine.learned is not None:
+        made = replace(made, learned=law.scaled(machine.learned, factor or 1.0))
     for one in effects:
         modify = RIGID[one.name].modify
         if modify is not None:
@@ -83,7 +88,7 @@ class Plant(NamedTuple):
     """A `Model` packed for the step; all in the balance's unit.
 
     loads, levels, shares: float64[k, 1 + values], a row an effect at its port: its kind (see
-    `effects.rigid_ports`), then what its kernel takes.
+    `effects.rigid_ports`), then what its kernel takes. law: one record (see `rigid.law`).
     """
 
     inertia: float
@@ -96,6 +101,7 @@ class Plant(NamedTuple):
     loads: FloatArray
     levels: FloatArray
     shares: FloatArray
+    law: NDArray[Any]
 
 
 def plant_of(model: Model) -> Plant:
@@ -121,6 +127,7 @@ def plant_of(model: Model) -> Plant:
         loads,
         levels,
         shares,
+        law.packed(model.learned),
     )
 
 

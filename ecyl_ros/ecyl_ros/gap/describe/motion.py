@@ -8,10 +8,10 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy.signal import lfilter
 
 from ...drive.engine import LOAD
 from ...drive.law import PERIODS
+from ...drive.memory import since_reversal, warmed
 from ..replay.evidence import Smoother
 from ..replay.replay import SIGNALS, BoolArray, FloatArray, Replay
 from ..split import STRETCH_S
@@ -19,23 +19,6 @@ from ..split import STRETCH_S
 HEAT_S = (0.5, 1.5, 5.0)  # time constants of heat that are tried, s
 _PRESLIDING_RAD = 5e-4  # way from a reversal on which dry friction is not yet what it will be
 _QUIET = 6.0  # times the noise of the speed: slower is rest
-
-
-def since_reversal(position: FloatArray, speed: FloatArray) -> FloatArray:
-    """Way since the speed last changed sign, signed: float64[n]."""
-    sign = np.sign(speed)
-    sign[sign == 0.0] = 1.0
-    begins = np.flatnonzero(np.concatenate([[True], sign[1:] != sign[:-1]]))
-    start = np.repeat(position[begins], np.diff(np.append(begins, len(position))))
-    way: FloatArray = position - start
-    return np.where(way * sign > 0.0, way, 0.0)
-
-
-def warmed(values: FloatArray, step: float) -> FloatArray:
-    """Squares behind a first-order low-pass that begins at 0, its steps in time constants."""
-    kept = math.exp(-step)
-    found: FloatArray = lfilter([1.0 - kept], [1.0, -kept], values**2)
-    return found
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,15 +7,22 @@ regression: the law is fitted beside the data sheet on some stretches, and must 
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Sequence
 
 import numpy as np
 
+from ...drive.law import Law
+from ...drive.rigid.law import counted_in, scaled
+from ...drive.rigid.machine import Machine
 from ...effects.catalogue import EFFECTS, RIGID
 from ...effects.term import Term
 from ..compete.strain import STRAINED
-from ..diagnosis import Diagnosis, FloatArray
+from ..diagnosis import Diagnosis, FloatArray, Measured
 from ..judge.verdict import EXPLAINED_SHRINK, STRUCTURELESS, shrink_of
+from ..rigid.closest import closest, own_effort
 from ..rigid.judge import Judgement
+from ..rigid.replay import Replay, replay_with
+from ..rigid.solution import Solution
 from . import words
 from .chance import LEVEL, probability
 from .choose import Balance, Choice, choose
@@ -39,24 +46,53 @@ def with_rigid_description(diagnosis: Diagnosis, judgement: Judgement) -> Diagno
 
 def _missing(judgement: Judgement, motion: RigidMotion) -> Missing:
     """The effort that is missing, positive where it drives; the sheet beside it."""
-    balance, null = judgement.balance, judgement.null
-    columns = []
-    size = float(np.std(balance.target[balance.usable])) or 1.0
-    for term in null.unknown:
-        made = balance.columns([term]).T
-        spread = np.std(made[:, balance.usable], axis=1, keepdims=True)
-        columns.append(_FREE * size * made / np.where(spread > 0.0, spread, 1.0))
-    for one in null.uncertain:
-        # The lag was found beside what is missing, and may be off by as much as any lag may be.
-        wide = 1.0 if _states(one.term) else _LAG
-        columns.append(wide * one.width * balance.columns([one.term]).T)
-    sheet = np.concatenate(columns) if columns else np.zeros((0, balance.target.size))
+    balance = judgement.balance
+    terms = _sheet_terms(judgement)
+    sheet = _per_pull(judgement)[:, None] * balance.columns(terms).T
     rows = np.flatnonzero(motion.known)
     pulled = tuple(range(len(sheet)))
     unit = judgement.motion.effort_unit
     return Missing(
         TORQUE, unit, -balance.target, judgement.floor, motion.known, rows, -sheet, pulled
     )
+
+
+def _sheet_terms(judgement: Judgement) -> tuple[Term, ...]:
+    """What the file leaves out, and what it is not sure of."""
+    null = judgement.null
+    return (*null.unknown, *(one.term for one in null.uncertain))
+
+
+def _per_pull(judgement: Judgement) -> FloatArray:
+    """What the coefficients of these come to for a pull of one, float64[k]."""
+    balance, null = judgement.balance, judgement.null
+    found = []
+    size = float(np.std(balance.target[balance.usable])) or 1.0
+    for term in null.unknown:
+        spread = np.std(balance.columns([term])[balance.usable], axis=0)
+        found += (_FREE * size / np.where(spread > 0.0, spread, 1.0)).tolist()
+    for one in null.uncertain:
+        # The lag was found beside what is missing, and may be off by as much as any lag may be.
+        wide = 1.0 if _states(one.term) else _LAG
+        found += [wide * one.width] * one.term.columns.shape[0]
+    return np.array(found)
+
+
+def _with_law(judgement: Judgement, choice: Choice, law: Law, left: FloatArray) -> Machine | None:
+    """The drive with the constants that were found beside the law, and the law; None where its
+    file holds one already."""
+    along, terms = judgement.catalogue.along, _sheet_terms(judgement)
+    if along.machine.learned is not None:
+        return None
+    unknown = sum(one.columns.shape[0] for one in judgement.null.unknown)
+    pulls, per_pull = choice.best.found.pulls, _per_pull(judgement)
+    prior = np.where(np.arange(pulls.size) < unknown, 0.0, 2.0 / per_pull)
+    ones = np.ones(left.size)
+    floor = judgement.floor
+    beside = Solution(terms, pulls * per_pull, left, ones, floor, prior, 0.0, 1.0)
+    machine = closest(along, beside)
+    counted = scaled(law, own_effort(along, beside))
+    return dataclasses.replace(machine, learned=counted, effects_unit=judgement.motion.effort_unit)
 
 
 def _described(diagnosis: Diagnosis, judgement: Judgement) -> Diagnosis | None:
@@ -91,25 +127,38 @@ def _described(diagnosis: Diagnosis, judgement: Judgement) -> Diagnosis | None:
     shrink = shrink_of(nominal, after, max(nominal - floor, 1e-12))
     spread = judgement.spread
     series = diagnosis.series
-    # Position and speed were replayed without the law, and have no part in what it closes.
-    shown = judgement.motion.counted * (balance.effort - balance.target - law - sheet)
+    left = balance.target + law + sheet
+    shown = judgement.motion.counted * (balance.effort - left)
     gap = dataclasses.replace(diagnosis.signals[0], after=after)
+    machine = _with_law(judgement, choice, found.law, left)
+    # Where no drive can hold the law, position and speed have no part in what it closes.
+    played = Replay() if machine is None else replay_with(judgement, machine, left)
+    rows = len(shown)
     return dataclasses.replace(
         diagnosis,
         verdict="described",
         block=words.BLOCKS[found.law.port],
         law=dataclasses.replace(found, shrink=shrink),
-        signals=(gap,),
+        signals=(gap, *played.signals),
         after=after / spread,
         shrink=shrink,
         series=dataclasses.replace(
             series,
-            recorded=series.recorded[:1],
-            before=series.before[:1],
-            after=np.asarray(shown)[None],
+            recorded=np.concatenate([series.recorded[:1], played.recorded.reshape(-1, rows)]),
+            before=np.concatenate([series.before[:1], played.before.reshape(-1, rows)]),
+            after=np.concatenate([shown[None], played.after.reshape(-1, rows)]),
         ),
+        measured=_replaced(diagnosis.measured, played.measured),
+        closest=machine,
+        judged=machine or diagnosis.judged,
         misfit_after=after / floor,
     )
+
+
+def _replaced(measured: Sequence[Measured], others: Sequence[Measured]) -> tuple[Measured, ...]:
+    """What was measured, with others in the place of those of their name."""
+    names = {one.name for one in others}
+    return (*(one for one in measured if one.name not in names), *others)
 
 
 def _known(looked: Balance, choice: Choice) -> bool:
@@ -162,11 +211,7 @@ def _description(
 ) -> Description:
     best, along = choice.best, judgement.catalogue.along
     port = f"{along.side}_{'friction' if best.kind == 'friction' else 'torque'}"
-    played = dataclasses.replace(
-        best.law(port),
-        effort_unit=judgement.motion.effort_unit,
-        variable_units=tuple(motion.units[one] for one in best.of),
-    )
+    played = counted_in(best.law(port), judgement.motion.effort_unit, along.machine.linear)
     half = 1.96 * np.sqrt(np.maximum(np.diag(best.found.covariance), 0.0))
     against = -np.sign(motion.speed) if best.kind == "friction" else np.ones(len(motion.speed))
     rows = missing.rows

@@ -7,14 +7,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...drive.law import PERIODS, VARIABLES
+from ...drive.law import PERIODS
+from ...drive.memory import since_reversal, warmed
 from ..diagnosis import BoolArray, FloatArray
 from ..rigid.balance import Balance
 from ..rigid.motion import Motion
 from ..rigid.rest import reversing
 from ..rigid.terms import Catalogue
 from .choose import LEAST_TURNS
-from .motion import HEAT_S, since_reversal, warmed
+from .motion import HEAT_S
 
 _CELLS, _VISITED, _FILLED = 10, 3, 0.5  # of a plane: each way, samples of a visit, share visited
 # Efforts that what warms a winding goes with.
@@ -36,7 +37,6 @@ class RigidMotion:
     Attributes:
         known: bool[n], where dry friction is fully against the motion.
         place: what the position is called: within a turn where the output goes round.
-        units: of each variable.
     """
 
     time_s: FloatArray
@@ -46,7 +46,6 @@ class RigidMotion:
     known: BoolArray
     place: str
     warms: bool
-    units: dict[str, str]
     stretch_s: float
     smooth: Decimated
 
@@ -54,11 +53,9 @@ class RigidMotion:
     def of(cls, balance: Balance, catalogue: Catalogue) -> RigidMotion:
         """Of a balance."""
         motion: Motion = balance.motion
-        rows, end = motion.rows, catalogue.units.end
+        rows = motion.rows
         turning = not catalogue.machine.linear
         turns = np.ptp(motion.position[motion.usable]) / math.tau if turning else 0.0
-        units = {**VARIABLES, "position": end, "travel": end, "speed": f"{end}/s"}
-        units["heat"] = f"({motion.effort_unit})^2"
         slid = balance.usable & ~reversing(motion, catalogue.along)[rows]
         return cls(
             balance.time_s,
@@ -68,7 +65,6 @@ class RigidMotion:
             slid,
             "rotor_angle" if turns > LEAST_TURNS else "position",
             motion.effort_name in _WARM,
-            units,
             balance.stretch_s,
             Decimated(motion.step / motion.rate_hz),
         )

@@ -33,11 +33,7 @@ def closest(along: Along, solution: Solution, without: Collection[Term] = ()) ->
     """
     machine = along.machine
     found = list(machine.effects)
-    ratio = along.model.ratio + sum(
-        float(solution.of(one)[0]) for one in solution.terms if one.key == "gain"
-    )
-    # Effects are counted in N or N m, whatever the gain comes to.
-    counted = 1.0 / ratio if along.units.own and ratio > 0.0 else 1.0
+    ratio, counted = _ratio(along, solution), own_effort(along, solution)
     for term in solution.terms:
         coefficients = solution.of(term)
         values = term.values(coefficients * counted if term.of_effort else coefficients)
@@ -59,6 +55,19 @@ def closest(along: Along, solution: Solution, without: Collection[Term] = ()) ->
             _add(found, Acting(term.effect, values), along)
     unit = along.units.effort if found else machine.effects_unit
     return dataclasses.replace(machine, effects=tuple(found), effects_unit=unit)
+
+
+def own_effort(along: Along, solution: Solution) -> float:
+    """By what effort has to be multiplied as a file counts it: in N or N m, whatever the gain comes
+    to; 1 where it is not known in these."""
+    ratio = _ratio(along, solution)
+    return 1.0 / ratio if along.units.own and ratio > 0.0 else 1.0
+
+
+def _ratio(along: Along, solution: Solution) -> float:
+    return along.model.ratio + sum(
+        float(solution.of(one)[0]) for one in solution.terms if one.key == "gain"
+    )
 
 
 def _add(found: list[Acting], new: Acting, along: Along) -> None:

@@ -17,7 +17,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...drive.law import Law
 from ...drive.rigid.driven import Driven, Pieces, by_effort, by_loop, pieces
+from ...drive.rigid.machine import Machine
 from ...drive.rigid.packed import model_of
 from ..diagnosis import FloatArray, Measured, SignalGap
 from ..report import quantities as q
@@ -25,11 +27,11 @@ from .balance import Balance
 from .closest import closest
 from .judge import Judgement, Ruling
 from .noise import effort_noise
-from .solution import Solution
 
 _SHORTEST_S = 0.1  # of a piece that runs through
 _FEWEST = 16  # samples of a piece that is restarted, at the least
 _PHASE = 0.125  # of the shortest period over the position: drift up to here leaves it in step
+_PLACES, _PER_WAVE = ("position", "rotor_angle"), 4.0  # places of a table within a wave
 _AWAY = 1e3  # times the travel or the largest speed: what is beyond has run away
 
 
@@ -50,12 +52,26 @@ class Replay:
 
 def replay(judgement: Judgement, ruling: Ruling) -> Replay:
     """Replay the machine of the file, and with what is named, beside the recording."""
-    return _Replayer(judgement, ruling).run()
+    along = judgement.catalogue.along
+    base = closest(along, ruling.base)
+    final = closest(along, ruling.final) if ruling.named else base
+    return _Replayer(judgement, base, final, ruling.final.residual).run()
+
+
+def replay_with(judgement: Judgement, found: Machine, left: FloatArray) -> Replay:
+    """The same with `found` in place of what is named; left: float64[m], of the effort with it."""
+    base = closest(judgement.catalogue.along, judgement.contest.nominal)
+    return _Replayer(judgement, base, found, left).run()
 
 
 class _Replayer:
-    def __init__(self, judgement: Judgement, ruling: Ruling) -> None:
-        self.judgement, self.ruling = judgement, ruling
+    """base, final: the nominal machine, and the one that was found. left: float64[m], of the effort
+    with the latter."""
+
+    def __init__(
+        self, judgement: Judgement, base: Machine, final: Machine, left: FloatArray
+    ) -> None:
+        self.judgement, self.base, self.final, self.left = judgement, base, final, left
         self.balance: Balance = judgement.balance
         self.motion, self.machine = judgement.motion, judgement.machine
         self.catalogue = judgement.catalogue
@@ -88,15 +104,15 @@ class _Replayer:
 
     def run(self) -> Replay:
         """Both replays, and a third that tells what an effort below its floor does."""
-        ruling, still = self.ruling, np.zeros(self.motion.time_s.size)
+        still = np.zeros(self.motion.time_s.size)
         self._shorten(still)
         if not self.parts.first.size:
             return Replay(
                 notes=("not replayed: nowhere is the reference recorded for long enough",)
             )
-        before = self._driven(ruling.base, still)
-        after = self._driven(ruling.final, still) if ruling.named else before
-        shaken = self._driven(ruling.final, self._push()) if after is not None else None
+        before = self._driven(self.base, still)
+        after = before if self.final is self.base else self._driven(self.final, still)
+        shaken = self._driven(self.final, self._push()) if after is not None else None
         if before is None or after is None or shaken is None:
             return Replay(
                 notes=(
@@ -133,13 +149,13 @@ class _Replayer:
 
     def _shorten(self, still: FloatArray) -> None:
         """Halve the stretches until what acts over the position stays in step with it."""
-        machine = closest(self.catalogue.along, self.ruling.final)
-        waves = [one.values["wave"] for one in machine.effects if "wave" in one.values]
+        waves = [one.values["wave"] for one in self.final.effects if "wave" in one.values]
+        waves += _bends(self.final.learned)
         if self.mode == "position" or not waves:
             return
         most = _PHASE * math.tau / max(waves)
         while self.parts.first.size and self.anew_s * self.motion.rate_hz >= 2 * _FEWEST:
-            made = self._driven(self.ruling.final, still)
+            made = self._driven(self.final, still)
             if made is not None:
                 drift = made.position - self.motion.position
                 if float(np.sqrt(np.nanmean(drift**2))) <= most:
@@ -147,9 +163,8 @@ class _Replayer:
             self.anew_s *= 0.5
             self.parts = self._pieces()
 
-    def _driven(self, solution: Solution, push: FloatArray) -> Driven | None:
+    def _driven(self, machine: Machine, push: FloatArray) -> Driven | None:
         """One replay; None where it cannot be or runs away."""
-        machine = closest(self.catalogue.along, solution)
         own = self.catalogue.units.own
         if not (model_of(machine, own).inertia or 0.0) > 0.0:
             return None
@@ -168,7 +183,7 @@ class _Replayer:
     def _push(self) -> FloatArray:
         """A load of the floor's size, shaped like what is left: it cannot be told from noise."""
         balance = self.balance
-        left = np.where(balance.usable, self.ruling.final.residual, 0.0)
+        left = np.where(balance.usable, self.left, 0.0)
         size = float(np.sqrt(np.mean(left[balance.usable] ** 2))) or 1.0
         scaled = left * (self.judgement.floor / size)
         return np.interp(self.motion.time_s, balance.time_s, scaled)
@@ -209,8 +224,8 @@ class _Replayer:
             return ()
         size = float(np.sqrt(np.mean(error**2)))
         text = f"RMS; replayed it is off by {q.amount(gap.gap, self.end)} with the nominal model"
-        if self.ruling.named:
-            text += f", by {q.amount(gap.after, self.end)} with what is named"
+        if self.final is not self.base:
+            text += f", by {q.amount(gap.after, self.end)} with what was found"
         return (Measured(f"tracking_error_{self.end}", self.end, size, size, size, text),)
 
     def _notes(self) -> tuple[str, ...]:
@@ -233,3 +248,11 @@ class _Replayer:
             f"{judged}; {why}: position and speed are of a replay from the measured {effort}, "
             f"{anew}, for a position from {effort} alone drifts; they show what builds up within",
         )
+
+
+def _bends(law: Law | None) -> list[float]:
+    """Rad per m or rad of the finest wave that a law over the position can follow; [] without."""
+    if law is None:
+        return []
+    places = [at for at, name in zip(law.at, law.of, strict=True) if name in _PLACES]
+    return [math.tau / (_PER_WAVE * float(np.min(np.diff(at)))) for at in places]

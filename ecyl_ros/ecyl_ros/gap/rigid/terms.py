@@ -9,6 +9,7 @@ from collections.abc import Collection, Sequence
 
 import numpy as np
 
+from ...drive.rigid.law import asked
 from ...drive.rigid.machine import Machine
 from ...drive.rigid.packed import model_of
 from ...drive.rigid.units import Units
@@ -51,6 +52,8 @@ class Catalogue:
         for one in model.shapes:
             if one not in shares:
                 made += RIGID[one.name].asked(along, one.values, made)
+        if model.learned is not None:
+            made += asked(model.learned, motion, along.sign, motion.smoothed(motion.effort))
         bare = made
         for _ in range(_ROUNDS if shares else 0):  # a share of the whole effort, itself included
             made = bare + sum(RIGID[one.name].asked(along, one.values, made) for one in shares)

@@ -19,6 +19,7 @@ from ...drive.law import law_to_file, rounded
 from ...drive.model_file import load_model
 from ...drive.parameters import DriveParameters
 from ...drive.rigid.effects_file import as_file
+from ...drive.rigid.law import rigid_law_to_file
 from ...drive.rigid.machine import KEYS, Machine, same_machine
 from ...drive.rigid.units import Units
 from ...drive.tolerances import with_constants
@@ -111,16 +112,24 @@ def _full(diagnosis: Diagnosis, nominal: DriveParameters) -> _Twin:
 def _rigid(diagnosis: Diagnosis, nominal: Machine) -> _Twin:
     machine = diagnosis.closest
     assert machine is not None  # where something was found
+    notes = _remarks(diagnosis)
+    law = None if diagnosis.law is None else machine.learned
+    if law is not None:
+        law = rounded(law, _digits)
+        machine = replace(machine, learned=law)
     key = "load.mass" if machine.linear else "load.inertia"
     if nominal.inertia is None and machine.inertia is not None:
         possible = KEYS[key]
         if not possible.low <= _digits(machine.inertia) <= possible.high:
             machine = replace(machine, inertia=None)  # not seen here: as unknown as before
     units = Units(machine.effects_unit or ("N" if machine.linear else "N m"), machine.linear)
-    effects = {
+    effects: dict[str, Mapping[str, Any]] = {
         name: {key: _digits(value) for key, value in values.items()}
         for name, values in as_file(machine.effects, units, machine.lead).items()
     }
+    if law is not None and diagnosis.law is not None:
+        effects["learned"] = rigid_law_to_file(law, machine.linear)
+        notes["learned"] = f"{diagnosis.law.words}; it has no name yet"
 
     other = "load.inertia" if machine.linear else "load.mass"
     constants = {
@@ -133,7 +142,7 @@ def _rigid(diagnosis: Diagnosis, nominal: Machine) -> _Twin:
 
     def written(text: str) -> str:
         text = with_values(text, dict(constants))
-        text = add_effects(text, effects, _remarks(diagnosis)) if effects else text
+        text = add_effects(text, effects, notes) if effects else text
         if nominal.inertia is None and machine.inertia is not None:
             text = add_values(text, {key: _digits(machine.inertia)})
         return text
