@@ -26,6 +26,8 @@ from ecyl_ros.gap.describe.choose import Guess, standing
 from ecyl_ros.gap.describe.describe import Described, describe
 from ecyl_ros.gap.describe.effect_file import effect_text
 from ecyl_ros.gap.describe.formula import formula
+from ecyl_ros.gap.describe.missing import TORQUE
+from ecyl_ros.gap.describe.nearest import played_curve
 from ecyl_ros.gap.describe.regress import Regression, Rows, regress
 from ecyl_ros.gap.diagnosis import Diagnosis, Series
 from ecyl_ros.gap.fit.fit import Fitter
@@ -119,6 +121,20 @@ def test_words_and_page_say_what_was_found():
     data = told.as_json()
     assert data["verdict"] == "described" and data["causes"] == []
     assert data["law"]["of"] == ["speed"] and data["location"]["block"] == "motor_mechanical"
+
+
+def test_a_named_effect_is_drawn_over_the_law_as_it_acts():
+    """Viscous friction of 5 mN m s/rad, played, lacks just that torque over the speed."""
+    _, fitter, found = _cubic()
+    acts = {"rotor_viscous_friction": {"viscous_nm_s_per_rad": 5e-3}}
+    nominal = fitter.nominal
+    named = dataclasses.replace(nominal, values=acts, pulls=np.zeros_like(nominal.pulls))
+    law = dataclasses.replace(found.played.law, port="rotor_torque")
+    near = played_curve(fitter, named, law, _guess(("speed",), np.ones(4), 1.0), TORQUE, 1.0)
+    assert near is not None
+    slow = np.abs(near[0]) < 0.8 * np.abs(near[0]).max()  # at the ends it is passed too seldom
+    assert np.median(np.abs(near[1] + 5e-3 * near[0])[slow]) < 2e-3
+    assert np.polyfit(near[0][slow], near[1][slow], 1)[0] == pytest.approx(-5e-3, rel=0.05)
 
 
 def test_a_machine_within_its_sheet_is_not_described():

@@ -32,6 +32,7 @@ from .description import Course, Description, Resembled
 from .formula import formula
 from .missing import ROD, TORQUE, VOLTAGE, missing
 from .motion import Motion
+from .nearest import played_curve
 from .play import ROUGHLY, Played, at_noise, evaluate, play
 
 _PLAYED = 3  # laws that are fitted in closed loop
@@ -205,7 +206,11 @@ def _described(
     resembles = None
     if nearest is not None:
         (name,) = nearest.names
-        resembles = Resembled(name, misfit(nearest.left), misfit(played.left))
+        near = None
+        if len(law.of) == 1:
+            part, gain = chosen.balance.parts[0]
+            near = played_curve(fitter, nearest, law, guess, part.balance, gain)
+        resembles = Resembled(name, misfit(nearest.left), misfit(played.left), near)
     rivals = [one for one in chosen.choice.rivals if one.of != guess.of]
     course, points = _course(fitter, chosen, motion, played)
     return Description(

@@ -14,13 +14,20 @@ FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Resembled:
-    """The named effect that comes nearest: its misfit in noise floors, held out, and the law's."""
+    """The named effect that comes nearest.
+
+    Attributes:
+        effect: its name. misfit: in noise floors, held out. law_misfit: the law's.
+        curve: float64[2, k], what it gives over the law's variable, at the law's port; None for a
+            law that has not one variable.
+    """
 
     effect: str
     misfit: float
     law_misfit: float
+    curve: FloatArray | None = None
 
 
 @dataclass(frozen=True, eq=False)

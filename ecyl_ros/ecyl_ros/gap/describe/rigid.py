@@ -7,7 +7,7 @@ regression: the law is fitted beside the data sheet on some stretches, and must 
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Callable, Collection, Sequence
 
 import numpy as np
 
@@ -21,7 +21,9 @@ from ..diagnosis import Diagnosis, FloatArray, Measured
 from ..judge.verdict import EXPLAINED_SHRINK, STRUCTURELESS, shrink_of
 from ..rigid.closest import closest, own_effort
 from ..rigid.judge import Judgement
+from ..rigid.measured import relative_error
 from ..rigid.replay import Replay, replay_with
+from ..rigid.sets import Sets
 from ..rigid.solution import Solution
 from . import words
 from .chance import LEVEL, probability
@@ -29,6 +31,7 @@ from .choose import Balance, Choice, choose
 from .description import Course, Description, Resembled
 from .formula import formula
 from .missing import TORQUE, Missing
+from .nearest import curve
 from .rigid_motion import RigidMotion
 
 _FREE = 1e3  # times what a pull of what the file leaves out may come to
@@ -36,11 +39,16 @@ _LAG = 4.0  # times half a sample
 _LEAST_STRETCHES = 12  # that are fitted: fewer draws of their signs say nothing
 
 
-def with_rigid_description(diagnosis: Diagnosis, judgement: Judgement) -> Diagnosis:
-    """The diagnosis; where it is `unexplained` and a law holds on unseen data, `described`."""
+def with_rigid_description(
+    diagnosis: Diagnosis, judgement: Judgement, without: Collection[str] = ()
+) -> Diagnosis:
+    """The diagnosis; where it is `unexplained` and a law holds on unseen data, `described`.
+
+    without: effects that it is not said to resemble.
+    """
     if diagnosis.verdict != "unexplained":
         return diagnosis
-    found = _described(diagnosis, judgement)
+    found = _described(diagnosis, judgement, without)
     return diagnosis if found is None else found
 
 
@@ -95,7 +103,9 @@ def _with_law(judgement: Judgement, choice: Choice, law: Law, left: FloatArray) 
     return dataclasses.replace(machine, learned=counted, effects_unit=judgement.motion.effort_unit)
 
 
-def _described(diagnosis: Diagnosis, judgement: Judgement) -> Diagnosis | None:
+def _described(
+    diagnosis: Diagnosis, judgement: Judgement, without: Collection[str]
+) -> Diagnosis | None:
     balance, contest, floor = judgement.balance, judgement.contest, judgement.floor
     motion = RigidMotion.of(balance, judgement.catalogue)
     missing = _missing(judgement, motion)
@@ -122,7 +132,7 @@ def _described(diagnosis: Diagnosis, judgement: Judgement) -> Diagnosis | None:
     chance = probability(looked, [choice.best, *choice.rivals[:4]])
     if chance > LEVEL:
         return None
-    found = _description(judgement, motion, looked, choice, missing, law, sheet, chance)
+    found = _description(judgement, motion, looked, choice, missing, law, sheet, chance, without)
     nominal = contest.nominal.rms(judged)
     shrink = shrink_of(nominal, after, max(nominal - floor, 1e-12))
     spread = judgement.spread
@@ -134,6 +144,7 @@ def _described(diagnosis: Diagnosis, judgement: Judgement) -> Diagnosis | None:
     # Where no drive can hold the law, position and speed have no part in what it closes.
     played = Replay() if machine is None else replay_with(judgement, machine, left)
     rows = len(shown)
+    error = relative_error(balance, left[balance.usable], balance.usable)
     return dataclasses.replace(
         diagnosis,
         verdict="described",
@@ -148,7 +159,7 @@ def _described(diagnosis: Diagnosis, judgement: Judgement) -> Diagnosis | None:
             before=np.concatenate([series.before[:1], played.before.reshape(-1, rows)]),
             after=np.concatenate([shown[None], played.after.reshape(-1, rows)]),
         ),
-        measured=_replaced(diagnosis.measured, played.measured),
+        measured=_replaced(diagnosis.measured, (error, *played.measured)),
         closest=machine,
         judged=machine or diagnosis.judged,
         misfit_after=after / floor,
@@ -208,6 +219,7 @@ def _description(
     law: FloatArray,
     sheet: FloatArray,
     chance: float,
+    without: Collection[str],
 ) -> Description:
     best, along = choice.best, judgement.catalogue.along
     port = f"{along.side}_{'friction' if best.kind == 'friction' else 'torque'}"
@@ -218,6 +230,10 @@ def _description(
     values = missing.values - sheet
     points = [motion.variable(one, False, best.time_constant_s)[rows] for one in best.of]
     rivals = [one for one in choice.rivals if one.of != best.of]
+
+    def look(driving: FloatArray) -> FloatArray | None:
+        return curve(played, points[0], (driving * against)[rows]) if points else None
+
     return Description(
         law=played,
         half=half,
@@ -229,7 +245,7 @@ def _description(
         next_best=tuple((one.of, one.found.error / best.found.error) for one in rivals[:3]),
         ports=(),
         turns={},
-        resembles=_resembled(judgement, missing, law, sheet),
+        resembles=_resembled(judgement, missing, law, sheet, without, look),
         course=Course(
             motion.time_s,
             values,
@@ -244,19 +260,34 @@ def _description(
 
 
 def _resembled(
-    judgement: Judgement, missing: Missing, law: FloatArray, sheet: FloatArray
+    judgement: Judgement,
+    missing: Missing,
+    law: FloatArray,
+    sheet: FloatArray,
+    without: Collection[str],
+    look: Callable[[FloatArray], FloatArray | None],
 ) -> Resembled | None:
-    """The nearest of the named effects, alone."""
+    """The nearest of the named effects, alone, whether it earned a place or not.
+
+    look: the curve over the law's variable of what drives, float64[n].
+    """
     judged, floor = judgement.balance.judged & missing.known, judgement.floor
     unknown = {one.effect for one in judgement.null.unknown}
+    null, base = judgement.null, judgement.contest.base
+    tried = Sets(null, floor, without).candidates(base, ())
     alone = [
-        (name, one.rms(judged))
-        for one in judgement.contest.singles
+        (one.rms(judged), name, one)
+        for one in (*judgement.contest.singles, *(null.fit([term]) for term in tried))
         for name in one.effects
         if name in EFFECTS and name not in unknown
     ]
     if not alone:
         return None
-    name, left = min(alone, key=lambda one: one[1])
+    left, name, nearest = min(alone, key=lambda one: one[0])
     rest = float(np.sqrt(np.mean((missing.values - law - sheet)[judged] ** 2)))
-    return Resembled(name, left / floor, rest / floor)
+    gives = sum(
+        judgement.balance.columns([one]) @ nearest.of(one)
+        for one in nearest.free
+        if one.effect == name
+    )
+    return Resembled(name, left / floor, rest / floor, look(-np.asarray(gives)))

@@ -86,6 +86,9 @@ def pictures(law: Description) -> list[str]:
         what = "Dots: what the recording lacks at this port. Line: the law"
         if len(law.law.of) == 1:
             what += ", with its 95 % band"
+            if law.resembles is not None and law.resembles.curve is not None:
+                name = words.with_article(law.resembles.effect)
+                what += f". Red: what {name}, the nearest that has a name, would give there"
         else:
             second = SPOKEN[law.law.of[1]]
             what += f", at values of {second} spread over what was visited"
@@ -112,9 +115,11 @@ def _curves(law: Description) -> Chart:
     table = np.array(played.values).reshape(len(places), -1)
     low, high = np.quantile(y, [0.01, 0.99])
     what = "level" if played.of_friction else "value"
+    near = None if law.resembles is None else law.resembles.curve
+    beside = () if near is None else (near[1],)
     chart = Chart(
         Axis.around(label, places, x),
-        Axis.around(f"{what}, {played.unit}", np.array([low, high]), table),
+        Axis.around(f"{what}, {played.unit}", np.array([low, high]), table, *beside),
         f"the law over {label}",
     )
     fine = np.linspace(places[0], places[-1], _CURVE)
@@ -123,6 +128,8 @@ def _curves(law: Description) -> Chart:
         half = np.interp(fine, places, law.half)
         middle = _along(places, table[:, 0], played.periods[0], fine)
         chart.band(fine, middle - half, middle + half, "after")
+        if near is not None:
+            chart.curve(near[0], near[1], "before")
         chart.curve(fine, middle, "after")
         return chart
     for column in np.unique(np.linspace(0, table.shape[1] - 1, _ROWS).round().astype(int)):

@@ -57,7 +57,7 @@ def diagnose_rigid(
     check_motion(motion, machine, source)
     judgement = judged(motion, machine, without, source, tell)
     found = assembled(judgement, mode, [recording], source, drive_name, without)
-    return with_rigid_description(found, judgement)
+    return with_rigid_description(found, judgement, without)
 
 
 def judged(

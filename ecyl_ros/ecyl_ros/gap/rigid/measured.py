@@ -13,7 +13,7 @@ from ...effects import load_inertia_error as inertia
 from ...effects import load_viscous_friction as viscous
 from ...effects.along import Along
 from ...effects.term import Interval, Term
-from ..diagnosis import Measured
+from ..diagnosis import BoolArray, FloatArray, Measured
 from .balance import Balance
 from .lower import where_inertia_holds
 from .motion import Motion
@@ -55,12 +55,16 @@ def measured(
     rows = balance.usable
     prior = np.concatenate([closest.prior, np.zeros(sum(one.columns.shape[0] for one in shown))])
     rest = balance.fit([*closest.terms, *shown], rows, prior=prior).residual[rows]
+    return (*(one for one in totals if one is not None), relative_error(balance, rest, rows))
+
+
+def relative_error(balance: Balance, left: FloatArray, rows: BoolArray) -> Measured:
+    """What is left of the effort at `rows`, bool[m], over the effort there."""
     size = float(np.sqrt(np.mean(balance.effort[rows] ** 2)))
-    share = float(np.sqrt(np.mean(rest**2))) / size
+    share = float(np.sqrt(np.mean(left**2))) / size
     name = balance.motion.effort_name
     text = f"RMS of what is left over RMS of the {name}, over the whole run"
-    error = Measured(f"relative_{name}_error", "1", share, share, share, text)
-    return (*(one for one in totals if one is not None), error)
+    return Measured(f"relative_{name}_error", "1", share, share, share, text)
 
 
 def _shown(balance: Balance, along: Along, terms: Sequence[Term]) -> list[Term]:
