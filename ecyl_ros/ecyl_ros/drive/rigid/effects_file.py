@@ -20,7 +20,7 @@ from ...effects.catalogue import RIGID, rigid_forms
 from ...effects.rigid_form import EFFORT_KINDS, Stem
 from ...errors import InputError
 from .model import Acting
-from .units import EFFORT_UNITS, Units
+from .units import EFFORT_UNITS, Units, own_effort
 
 WAVES = ("periods_per_rev", "periods_per_screw_rev", "period_m")
 
@@ -85,7 +85,7 @@ def parse(
             hint = f"did you mean {near[0]}?" if near else f"a rigid drive has {', '.join(known)}"
             raise InputError(f"{source}: unknown effect effects.{effect}; {hint}")
         wanted.setdefault(effect, {})[parameter] = value
-    own = "N" if linear else "N m"
+    own = own_effort(linear)
     choices = [own, *(one for one in EFFORT_UNITS if one != own)]
     for unit in choices:
         units = Units(unit, linear)

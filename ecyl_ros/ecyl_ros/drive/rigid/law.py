@@ -25,9 +25,10 @@ from ..compiled import kernel
 from ..law import KEY, PORTS, VARIABLES, Law, law_from_flat, law_to_file
 from ..memory import since_reversal, warmed
 from .course import Course, FloatArray
-from .units import EFFORT_UNITS
+from .units import EFFORT_UNITS, Units, own_effort
 
 UNIT = f"{KEY}.unit"
+TORQUE, FRICTION = 1, 2  # where a law acts, as it is packed
 _OF = ("position", "speed", "direction", "time", "heat", "travel")
 _DTYPE = np.dtype([*learned.FIELDS, ("rod_per_rotor", "f8"), ("gear_ratio", "f8")])
 
@@ -47,7 +48,7 @@ def law_of(flat: Mapping[str, Any], linear: bool, source: str) -> Law | None:
         if UNIT in flat:
             raise InputError(f"{source}: {KEY}.port is missing; a learned law needs it")
         return None
-    unit = flat.get(UNIT, "N" if linear else "N m")
+    unit = flat.get(UNIT, own_effort(linear))
     if unit not in EFFORT_UNITS:
         raise InputError(f"{source}: {UNIT} = {unit!r}, expected {', '.join(EFFORT_UNITS)}")
     return counted_in(law, str(unit), linear)
@@ -55,13 +56,12 @@ def law_of(flat: Mapping[str, Any], linear: bool, source: str) -> Law | None:
 
 def rigid_law_to_file(law: Law, linear: bool) -> dict[str, Any]:
     """The law as it stands under `effects.learned` in a rigid drive's file."""
-    own = "N" if linear else "N m"
-    return law_to_file(law) | ({} if law.unit == own else {"unit": law.unit})
+    return law_to_file(law) | ({} if law.unit == own_effort(linear) else {"unit": law.unit})
 
 
 def counted_in(law: Law, unit: str, linear: bool) -> Law:
     """The law with its units: `unit` of effort, and those of the output's motion."""
-    end = "m" if linear else "rad"
+    end = Units(unit, linear).end
     own = {"position": end, "travel": end, "speed": f"{end}/s", "heat": f"({unit})^2"}
     units = tuple(own.get(name, VARIABLES[name]) for name in law.of)
     return replace(law, effort_unit=unit, variable_units=units)
@@ -78,7 +78,7 @@ def packed(law: Law | None) -> NDArray[Any]:
     record["rod_per_rotor"] = record["gear_ratio"] = 1.0
     if law is not None:
         learned.put_table(record, law)
-        record["learned_port"] = 2 if law.of_friction else 1
+        record["learned_port"] = FRICTION if law.of_friction else TORQUE
     return record
 
 

@@ -19,9 +19,8 @@ import numpy as np
 
 from ...effects.rigid_ports import rigid_level, rigid_load, rigid_share
 from ..compiled import kernel
-from .law import rigid_law
+from .law import FRICTION, TORQUE, rigid_law
 
-_TORQUE, _FRICTION = 1, 2  # where a law acts, as it is packed
 _NEXT_TO_NOUGHT = 1e-300  # speed of a motion that is about to begin
 
 
@@ -32,7 +31,7 @@ def _level(p, time, position, speed, acceleration, way, memory):
     for row in range(p.levels.shape[0]):
         v = p.levels[row]
         level += rigid_level(int(v[0]), v[1:], time, position, speed, acceleration)
-    if p.law[0].learned_port == _FRICTION:
+    if p.law[0].learned_port == FRICTION:
         moving = speed if speed != 0.0 else way * _NEXT_TO_NOUGHT
         level += rigid_law(p.law[0], time, position, moving, memory[0], memory[1])
     return max(level, 0.0)
@@ -55,7 +54,7 @@ def step(p, time, position, speed, acceleration, effort, pushed, memory, h):
     for row in range(p.loads.shape[0]):
         v = p.loads[row]
         load += rigid_load(int(v[0]), v[1:], half, middle)
-    if p.law[0].learned_port == _TORQUE:
+    if p.law[0].learned_port == TORQUE:
         load -= rigid_law(p.law[0], half, middle, speed, memory[0], memory[1])
     drive = effort * share - load
     left = h

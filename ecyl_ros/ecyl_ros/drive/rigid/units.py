@@ -8,6 +8,11 @@ _TOKENS = {"N": "n", "N m": "nm", "A": "a", "V": "v", "1": ""}
 EFFORT_UNITS = tuple(_TOKENS)
 
 
+def own_effort(linear: bool) -> str:
+    """Unit of the output's own force or torque."""
+    return "N" if linear else "N m"
+
+
 @dataclass(frozen=True)
 class Units:
     """Units of effort and of what multiplies position, speed and acceleration."""
@@ -22,7 +27,7 @@ class Units:
     @property
     def own(self) -> bool:
         """Whether effort is counted in the output's own force or torque."""
-        return self.effort == ("N" if self.linear else "N m")
+        return self.effort == own_effort(self.linear)
 
     def level(self, name: str) -> str:
         """Name of a parameter that is an effort."""

@@ -34,6 +34,7 @@ from .missing import ROD, TORQUE, VOLTAGE, missing
 from .motion import Motion
 from .nearest import played_curve
 from .play import ROUGHLY, Played, at_noise, evaluate, play
+from .points import against, at_port
 
 _PLAYED = 3  # laws that are fitted in closed loop
 _ALIKE = 1.02  # costs closer than this factor cannot be told apart
@@ -206,10 +207,8 @@ def _described(
     resembles = None
     if nearest is not None:
         (name,) = nearest.names
-        near = None
-        if len(law.of) == 1:
-            part, gain = chosen.balance.parts[0]
-            near = played_curve(fitter, nearest, law, guess, part.balance, gain)
+        part, gain = chosen.balance.parts[0]
+        near = played_curve(fitter, nearest, law, guess, part.balance, gain)
         resembles = Resembled(name, misfit(nearest.left), misfit(played.left), near)
     rivals = [one for one in chosen.choice.rivals if one.of != guess.of]
     course, points = _course(fitter, chosen, motion, played)
@@ -235,20 +234,11 @@ def _course(
 ) -> tuple[Course, FloatArray]:
     """The missing quantity, the sheet as it was found beside the law; the points of its curve."""
     part, gain = chosen.balance.parts[0]
-    pulls = played.pulls[list(part.pulled)]
-    values = (part.values - pulls @ part.columns) / gain
-    if chosen.port == "rotor_angle_error":
-        values = -values
+    values, points = at_port(part, gain, played.pulls, chosen.port, chosen.guess, motion)
     unit = played.law.unit
     table = chosen.balance.table(chosen.guess)
     predicted = np.array(played.law.values) @ table
-    against = -np.sign(motion.speed) if chosen.guess.kind == "friction" else 1.0
     half = 1.96 * part.noise / abs(gain)
-    course = Course(motion.time_s, values, half, part.known, predicted * against, unit)
-    rows = part.rows
-    along = [
-        motion.variable(one, chosen.guess.on_load, chosen.guess.time_constant_s)[rows]
-        for one in chosen.guess.of
-    ]
-    at_port = (values * against)[rows]
-    return course, np.array([*along, at_port])
+    driving = predicted * against(chosen.guess, motion)
+    course = Course(motion.time_s, values, half, part.known, driving, unit)
+    return course, points

@@ -12,18 +12,21 @@ from ..fit.fit import Fit, Fitter
 from .choose import Guess
 from .missing import missing
 from .motion import Motion
+from .points import at_port
 
 _BINS = 48
 _FEWEST = 3  # samples of a bin, of which the median is drawn
 
 
-def curve(law: Law, x: FloatArray, y: FloatArray) -> FloatArray | None:
-    """Medians of `y` over a law's variable, float64[2, k]; None for a law of two or none.
+def curve(law: Law, points: FloatArray) -> FloatArray | None:
+    """Medians over a law's variable, float64[2, k]; None for a law of two or none.
 
-    x, y: float64[m], the variable and what an effect gives there, of the law's unit and sign.
+    points: float64[variables + 1, m], the law's variables and what an effect gives there, of the
+    law's unit and sign.
     """
     if len(law.of) != 1:
         return None
+    x, y = points
     (places,), (period,) = law.at, law.periods
     last = places[-1] if not period else places[0] + period
     if period:
@@ -43,19 +46,12 @@ def played_curve(
 ) -> FloatArray | None:
     """The same of an effect that was fitted in closed loop: what its own recording would lack.
 
-    balance: that the law was read from. gain: of what is missing there by what acts at the port.
+    balance: that the law was read from. gain: what one unit at the port adds to it.
     """
+    if len(law.of) != 1:
+        return None
     replay = copy.copy(fitter.replay)
     replay.recorded = replay.simulate(named.values, fitter.sheet.constants(named.pulls))
     motion = Motion.of(replay, replay.full(named.values))
-    part = missing(motion, fitter.sheet).get(balance)
-    if part is None:
-        return None
-    lacks = (part.values - named.pulls[list(part.pulled)] @ part.columns) / gain
-    if law.port == "rotor_angle_error":
-        lacks = -lacks
-    if guess.kind == "friction":
-        lacks = -np.sign(motion.speed) * lacks
-    rows = part.rows
-    along = [motion.variable(one, guess.on_load, guess.time_constant_s)[rows] for one in guess.of]
-    return curve(law, along[0], lacks[rows]) if along else None
+    part = missing(motion, fitter.sheet)[balance]
+    return curve(law, at_port(part, gain, named.pulls, law.port, guess, motion)[1])

@@ -7,9 +7,10 @@ regression: the law is fitted beside the data sheet on some stretches, and must 
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Collection, Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ...drive.law import Law
 from ...drive.rigid.law import counted_in, scaled
@@ -19,7 +20,7 @@ from ...effects.term import Term
 from ..compete.strain import STRAINED
 from ..diagnosis import Diagnosis, FloatArray, Measured
 from ..judge.verdict import EXPLAINED_SHRINK, STRUCTURELESS, shrink_of
-from ..rigid.closest import closest, own_effort
+from ..rigid.closest import closest, per_effort
 from ..rigid.judge import Judgement
 from ..rigid.measured import relative_error
 from ..rigid.replay import Replay, replay_with
@@ -99,7 +100,7 @@ def _with_law(judgement: Judgement, choice: Choice, law: Law, left: FloatArray) 
     floor = judgement.floor
     beside = Solution(terms, pulls * per_pull, left, ones, floor, prior, 0.0, 1.0)
     machine = closest(along, beside)
-    counted = scaled(law, own_effort(along, beside))
+    counted = scaled(law, per_effort(along, beside))
     return dataclasses.replace(machine, learned=counted, effects_unit=judgement.motion.effort_unit)
 
 
@@ -132,12 +133,13 @@ def _described(
     chance = probability(looked, [choice.best, *choice.rivals[:4]])
     if chance > LEVEL:
         return None
-    found = _description(judgement, motion, looked, choice, missing, law, sheet, chance, without)
+    found = _description(judgement, motion, looked, choice, missing, law, sheet, chance)
+    left = balance.target + law + sheet
+    near = _resembled(judgement, motion, found, missing.rows, left, without)
     nominal = contest.nominal.rms(judged)
     shrink = shrink_of(nominal, after, max(nominal - floor, 1e-12))
     spread = judgement.spread
     series = diagnosis.series
-    left = balance.target + law + sheet
     shown = judgement.motion.counted * (balance.effort - left)
     gap = dataclasses.replace(diagnosis.signals[0], after=after)
     machine = _with_law(judgement, choice, found.law, left)
@@ -149,7 +151,7 @@ def _described(
         diagnosis,
         verdict="described",
         block=words.BLOCKS[found.law.port],
-        law=dataclasses.replace(found, shrink=shrink),
+        law=dataclasses.replace(found, shrink=shrink, resembles=near),
         signals=(gap, *played.signals),
         after=after / spread,
         shrink=shrink,
@@ -219,7 +221,6 @@ def _description(
     law: FloatArray,
     sheet: FloatArray,
     chance: float,
-    without: Collection[str],
 ) -> Description:
     best, along = choice.best, judgement.catalogue.along
     port = f"{along.side}_{'friction' if best.kind == 'friction' else 'torque'}"
@@ -230,10 +231,6 @@ def _description(
     values = missing.values - sheet
     points = [motion.variable(one, False, best.time_constant_s)[rows] for one in best.of]
     rivals = [one for one in choice.rivals if one.of != best.of]
-
-    def look(driving: FloatArray) -> FloatArray | None:
-        return curve(played, points[0], (driving * against)[rows]) if points else None
-
     return Description(
         law=played,
         half=half,
@@ -245,7 +242,7 @@ def _description(
         next_best=tuple((one.of, one.found.error / best.found.error) for one in rivals[:3]),
         ports=(),
         turns={},
-        resembles=_resembled(judgement, missing, law, sheet, without, look),
+        resembles=None,
         course=Course(
             motion.time_s,
             values,
@@ -261,33 +258,32 @@ def _description(
 
 def _resembled(
     judgement: Judgement,
-    missing: Missing,
-    law: FloatArray,
-    sheet: FloatArray,
+    motion: RigidMotion,
+    found: Description,
+    rows: NDArray[np.int64],
+    left: FloatArray,
     without: Collection[str],
-    look: Callable[[FloatArray], FloatArray | None],
 ) -> Resembled | None:
     """The nearest of the named effects, alone, whether it earned a place or not.
 
-    look: the curve over the law's variable of what drives, float64[n].
+    rows: of the points of the description. left: float64[n], what the law leaves.
     """
-    judged, floor = judgement.balance.judged & missing.known, judgement.floor
+    balance, floor = judgement.balance, judgement.floor
+    judged = judgement.judged & motion.known
     unknown = {one.effect for one in judgement.null.unknown}
-    null, base = judgement.null, judgement.contest.base
-    tried = Sets(null, floor, without).candidates(base, ())
+    sets = Sets(judgement.null, floor, without)
     alone = [
-        (one.rms(judged), name, one)
-        for one in (*judgement.contest.singles, *(null.fit([term]) for term in tried))
-        for name in one.effects
+        (fit.rms(judged), name, fit)
+        for fit in (sets.fit([one]) for one in sets.candidates(judgement.contest.base, ()))
+        for name in fit.effects
         if name in EFFECTS and name not in unknown
     ]
     if not alone:
         return None
-    left, name, nearest = min(alone, key=lambda one: one[0])
-    rest = float(np.sqrt(np.mean((missing.values - law - sheet)[judged] ** 2)))
-    gives = sum(
-        judgement.balance.columns([one]) @ nearest.of(one)
-        for one in nearest.free
-        if one.effect == name
-    )
-    return Resembled(name, left / floor, rest / floor, look(-np.asarray(gives)))
+    misfit, name, nearest = min(alone, key=lambda one: one[0])
+    own = float(np.sqrt(np.mean(left[judged] ** 2)))
+    terms = [one for one in nearest.free if one.effect == name]
+    asks = balance.columns(terms) @ np.concatenate([nearest.of(one) for one in terms])
+    level = np.sign(motion.speed) * asks if found.law.of_friction else -asks
+    near = curve(found.law, np.array([*found.points[:-1], level[rows]]))
+    return Resembled(name, misfit / floor, own / floor, near)

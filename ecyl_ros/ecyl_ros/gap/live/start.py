@@ -58,8 +58,8 @@ def state_from(
 
     first: signals by their names in `Recording`, NaN where unknown. wanted_m, wanted_m_per_s: the
     reference at that instant. noise: standard deviations by the names of
-    `gap.replay.replay.SIGNALS`.
-    What is not measured is taken as it would be on the way the reference goes.
+    `gap.replay.replay.SIGNALS`. What is not measured is taken as it would be on the way the
+    reference goes.
     """
     ratio = drive.transmission.rod_per_rotor
     wanted, wanted_speed = wanted_m / ratio, wanted_m_per_s / ratio

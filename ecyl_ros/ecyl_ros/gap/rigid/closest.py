@@ -33,7 +33,7 @@ def closest(along: Along, solution: Solution, without: Collection[Term] = ()) ->
     """
     machine = along.machine
     found = list(machine.effects)
-    ratio, counted = _ratio(along, solution), own_effort(along, solution)
+    ratio, counted = _ratio(along, solution), per_effort(along, solution)
     for term in solution.terms:
         coefficients = solution.of(term)
         values = term.values(coefficients * counted if term.of_effort else coefficients)
@@ -57,7 +57,7 @@ def closest(along: Along, solution: Solution, without: Collection[Term] = ()) ->
     return dataclasses.replace(machine, effects=tuple(found), effects_unit=unit)
 
 
-def own_effort(along: Along, solution: Solution) -> float:
+def per_effort(along: Along, solution: Solution) -> float:
     """By what effort has to be multiplied as a file counts it: in N or N m, whatever the gain comes
     to; 1 where it is not known in these."""
     ratio = _ratio(along, solution)

@@ -21,6 +21,7 @@ from scipy.signal import butter, sosfiltfilt
 from ...drive.rigid.course import Course
 from ...drive.rigid.loop import asked_along
 from ...drive.rigid.machine import EFFORTS, Machine
+from ...drive.rigid.units import own_effort
 from ...errors import InputError
 from ...recording.signals import FOREIGN_SIGNALS, SIGNALS, Recording
 from ..diagnosis import FloatArray
@@ -295,7 +296,7 @@ def settling(rate_hz: float, bandwidth_hz: float) -> int:
 
 
 def _effort(take: Taker, machine: Machine, notes: list[str]) -> tuple[FloatArray, str, str]:
-    own = "N" if machine.linear else "N m"
+    own = own_effort(machine.linear)
     kind = machine.actuation
     if kind == "loop":
         return loop_effort(take, machine), own if machine.gain else "1", "effort"
@@ -323,7 +324,7 @@ def _injected(take: Taker, unit: str, linear: bool, notes: list[str]) -> FloatAr
     """What was put on the output from outside and is known, float64[n]; it drives it, too."""
     values = take(f"injected_{'force_n' if linear else 'torque_nm'}")
     known = np.isfinite(values)
-    if known.any() and unit != ("N" if linear else "N m"):
+    if known.any() and unit != own_effort(linear):
         notes.append(
             f"an injected {'force' if linear else 'torque'} was recorded, but without "
             f"actuation.gain it cannot be added to an effort in {unit}: left out"

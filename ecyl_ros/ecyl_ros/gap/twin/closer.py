@@ -21,7 +21,7 @@ from ...drive.parameters import DriveParameters
 from ...drive.rigid.effects_file import as_file
 from ...drive.rigid.law import rigid_law_to_file
 from ...drive.rigid.machine import KEYS, Machine, same_machine
-from ...drive.rigid.units import Units
+from ...drive.rigid.units import Units, own_effort
 from ...drive.tolerances import with_constants
 from ...effects.catalogue import CATALOGUE
 from ...errors import InputError
@@ -95,7 +95,6 @@ def _full(diagnosis: Diagnosis, nominal: DriveParameters) -> _Twin:
     entries: dict[str, Mapping[str, Any]] = dict(effects)
     if law is not None and diagnosis.law is not None:
         entries["learned"] = law_to_file(law)
-        notes["learned"] = f"{diagnosis.law.words}; it has no name yet"
 
     def written(text: str) -> str:
         values = _as_written(nominal, constants)
@@ -112,24 +111,20 @@ def _full(diagnosis: Diagnosis, nominal: DriveParameters) -> _Twin:
 def _rigid(diagnosis: Diagnosis, nominal: Machine) -> _Twin:
     machine = diagnosis.closest
     assert machine is not None  # where something was found
-    notes = _remarks(diagnosis)
-    law = None if diagnosis.law is None else machine.learned
-    if law is not None:
-        law = rounded(law, _digits)
-        machine = replace(machine, learned=law)
     key = "load.mass" if machine.linear else "load.inertia"
     if nominal.inertia is None and machine.inertia is not None:
         possible = KEYS[key]
         if not possible.low <= _digits(machine.inertia) <= possible.high:
             machine = replace(machine, inertia=None)  # not seen here: as unknown as before
-    units = Units(machine.effects_unit or ("N" if machine.linear else "N m"), machine.linear)
+    units = Units(machine.effects_unit or own_effort(machine.linear), machine.linear)
     effects: dict[str, Mapping[str, Any]] = {
         name: {key: _digits(value) for key, value in values.items()}
         for name, values in as_file(machine.effects, units, machine.lead).items()
     }
-    if law is not None and diagnosis.law is not None:
+    if diagnosis.law is not None and machine.learned is not None:
+        law = rounded(machine.learned, _digits)
+        machine = replace(machine, learned=law)
         effects["learned"] = rigid_law_to_file(law, machine.linear)
-        notes["learned"] = f"{diagnosis.law.words}; it has no name yet"
 
     other = "load.inertia" if machine.linear else "load.mass"
     constants = {
@@ -142,7 +137,7 @@ def _rigid(diagnosis: Diagnosis, nominal: Machine) -> _Twin:
 
     def written(text: str) -> str:
         text = with_values(text, dict(constants))
-        text = add_effects(text, effects, notes) if effects else text
+        text = add_effects(text, effects, _remarks(diagnosis)) if effects else text
         if nominal.inertia is None and machine.inertia is not None:
             text = add_values(text, {key: _digits(machine.inertia)})
         return text
@@ -211,6 +206,8 @@ def _remarks(diagnosis: Diagnosis) -> dict[str, str]:
     """Comments by effect and by "effect.parameter"; "" stands for all."""
     name = _printable(diagnosis.name)
     found = {"": f"Added by ecyl diagnose: what {name} shows beyond the model above."}
+    if diagnosis.law is not None:
+        found["learned"] = f"{diagnosis.law.words}; it has no name yet"
     for cause in diagnosis.causes:
         found[cause.effect] = f"{cause.title}, confidence {min(cause.confidence, 0.99):.2f}"
         for one in cause.parameters:

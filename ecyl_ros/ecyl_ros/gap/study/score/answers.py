@@ -46,7 +46,7 @@ def said_nothing_wrong(case: Case, outcome: Outcome) -> bool:
 def quiet(outcome: Outcome) -> bool:
     """Whether there was an answer that reports no gap beyond what the sheet's tolerances allow.
 
-    That nothing can be judged, because noise is as large as the signal, raises no alarm.
+    That nothing can be judged, for whatever reason, raises no alarm; see `ruled`.
     """
     return outcome.diagnosis is not None and outcome.diagnosis["verdict"] not in GAP
 
