@@ -169,6 +169,40 @@ def test_a_first_column_that_goes_up_evenly_is_of_instants(tmp_path: Path) -> No
     assert recording.rotor_position_rad[3] == 0.4286
 
 
+@pytest.mark.parametrize(("at_rest", "kept"), [(35.0, False), (0.0, True)])
+def test_a_supplys_voltage_is_not_proposed_as_the_motors(
+    tmp_path: Path, at_rest: float, kept: bool
+) -> None:
+    """A voltage that stays while the motor turns back is the supply's, and is left out aloud."""
+    time_s = np.arange(500) * 0.01
+    speed = 6.0 * np.sin(3.0 * time_s)
+    table = np.column_stack([time_s, speed, at_rest + 0.1 * speed])
+    path = tmp_path / "bench.csv"
+    header = "t_s,motor speed [rad/s],voltage [V]"
+    np.savetxt(path, table, delimiter=",", comments="", header=header)
+    proposed = propose(survey(path))
+    assert proposed.map is not None
+    assert ("voltage_q" in {one.name for one in proposed.map.signals}) is kept
+    assert any("supply" in one for one in proposed.remarks) is not kept
+
+
+def test_a_header_without_rows_is_seen_as_empty(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A logger that wrote its header and no more gives no samples, in a line, not a traceback."""
+    path = tmp_path / "begun.csv"
+    path.write_text("time [s],motor position [rad]\n")
+    assert main(["inspect", str(path)]) == 0
+    assert re.search(r"\(rows\) +CSV +0 ", capsys.readouterr().out)
+    drive = tmp_path / "axis.yaml"
+    drive.write_text("/**: {ros__parameters: {drive: {kind: follower, output: rotary}}}\n")
+    given = tmp_path / "map.yaml"
+    field = "{field: 'motor position [rad]', unit: rad}"
+    given.write_text(f"schema: ecyl.map/1\nsignals: {{rotor_position: {field}}}\n")
+    assert main(["diagnose", str(path), "--map", str(given), "--drive", str(drive)]) == 2
+    assert "begun.csv: the table: no samples" in capsys.readouterr().err
+
+
 def test_a_rod_counted_the_other_way_is_seen(tmp_path: Path) -> None:
     """A position whose range mirrors the reference's is proposed with sign -1, and a remark."""
     time = np.arange(2000) * 1e-3

@@ -107,6 +107,7 @@ def propose(survey: Survey) -> Proposal:
         if score > scores.get(signal.name, 0.0):
             chosen[signal.name], scores[signal.name] = signal, score
     _follow_the_measured(chosen, candidates)
+    remarks += _without_supply(chosen, candidates)
     if "effort" in chosen and "current_q" in chosen and chosen["effort"].unit == "A":
         del chosen["effort"]
     targets: dict[str, str] = {}
@@ -183,6 +184,24 @@ def _follow_the_measured(chosen: dict[str, MappedSignal], candidates: list[_Cand
         unit = "rad" if quantity == "position" else "rad/s"
         target = MAPPED[reference.name][dimension_of(unit) or ""]
         chosen[reference.name] = dataclasses.replace(reference, unit=unit, target=target)
+
+
+def _without_supply(chosen: dict[str, MappedSignal], candidates: list[_Candidate]) -> list[str]:
+    """Leave out a voltage that stays while the motor stops or turns back: a supply's."""
+    speeds = [chosen[name] for name in ("rotor_velocity", "rod_velocity") if name in chosen]
+    if "voltage_q" not in chosen or not speeds:
+        return []
+    speed = _candidate(speeds[0], candidates).field
+    supplied = _candidate(chosen["voltage_q"], candidates)
+    low, high = sorted((abs(supplied.field.low), abs(supplied.field.high)))
+    same_sign = supplied.field.low * supplied.field.high > 0.0
+    if not (speed.low <= 0.0 <= speed.high and same_sign and low > 0.5 * high):
+        return []
+    del chosen["voltage_q"]
+    return [
+        f"{supplied.path} ({supplied.field.low:.4g} to {supplied.field.high:.4g}) is left out: it "
+        "stays when the motor stops, as a supply's voltage does"
+    ]
 
 
 def _against(chosen: dict[str, MappedSignal], candidates: list[_Candidate]) -> list[str]:

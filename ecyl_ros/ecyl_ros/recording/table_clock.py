@@ -51,7 +51,10 @@ def table_clock(source: TableSource, topic: str, signal_map: SignalMap | None) -
         if column is None:
             return TableClock()
         wanted = {topic: [Wanted("time", column.field)]}
-        raw = np.concatenate([part.values["time"] for part in source.columns(wanted)])
+        parts = [part.values["time"] for part in source.columns(wanted)]
+        if not parts:
+            return TableClock()
+        raw = np.concatenate(parts)
         dated = column.field in table.dated
         remarks = []
         if dated and not column.unit:
