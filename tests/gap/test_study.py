@@ -130,11 +130,15 @@ def test_abstaining_is_never_wrong_and_never_right() -> None:
 
 
 def test_saying_that_noise_hides_a_healthy_machine_is_no_alarm_and_no_judgement() -> None:
-    """`not_judgeable` on a machine without a fault reports no gap, and counts as not judged."""
+    """`not_judgeable` on a machine without a fault counts as not judged, and as an alarm only where
+    a gap above the noise stands, whose causes look alike."""
     healthy = next(case for case in CASES if case.kind == "none")
-    found = _figures([(healthy, _outcome(healthy, _said({}, verdict="not_judgeable")))])
-    assert found["no gap: no false alarm"].right == 1
-    assert found["   and it was judged"].right == 0
+    for before, quiet in ((0.1, 1), (0.5, 0)):  # the floor is 0.1
+        said = _said({}, verdict="not_judgeable")
+        said["gap"]["before"] = before
+        found = _figures([(healthy, _outcome(healthy, said))])
+        assert found["no gap: no false alarm"].right == quiet
+        assert found["   and it was judged"].right == 0
 
 
 def test_an_effect_beyond_the_contract_is_right_under_the_diagnosis_own_name() -> None:

@@ -25,7 +25,6 @@ class Unnamed:
     Attributes:
         name: begins with ``x_law_``. port: where it acts. of: what it depends on, memory included.
         memory: whether it depends on what was (heat, travel since a reversal).
-        same: other sets of variables that say the same along any motion.
         draw: values of a law's fields, without `law_`: size, offset, and per variable shape
             (a number), width and place.
     """
@@ -35,7 +34,6 @@ class Unnamed:
     of: tuple[str, ...]
     draw: Callable[[Draw], Values]
     memory: bool = False
-    same: tuple[tuple[str, ...], ...] = ()
 
     @property
     def imposed(self) -> Imposed:
@@ -203,7 +201,6 @@ _KINDS = [
         lambda d: (
             {"size": -d.torque(0.2, 0.4)} | _first("speed", "odd_square", d.scale.speed_rad_s)
         ),
-        same=(("direction", "speed"),),
     ),
     _kind(
         "third_harmonic",

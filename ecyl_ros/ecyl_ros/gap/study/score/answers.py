@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from ...judge.verdict import STRUCTURELESS
 from ..case import Case
 from ..examine import Outcome
 
@@ -46,9 +47,14 @@ def said_nothing_wrong(case: Case, outcome: Outcome) -> bool:
 def quiet(outcome: Outcome) -> bool:
     """Whether there was an answer that reports no gap beyond what the sheet's tolerances allow.
 
-    That nothing can be judged, for whatever reason, raises no alarm; see `ruled`.
+    That nothing can be judged for noise raises no alarm (see `ruled`); that there is a gap whose
+    causes look alike does.
     """
-    return outcome.diagnosis is not None and outcome.diagnosis["verdict"] not in GAP
+    if outcome.diagnosis is None:
+        return False
+    verdict, gap = outcome.diagnosis["verdict"], outcome.diagnosis["gap"]
+    within_noise: bool = gap["before"] <= STRUCTURELESS * gap["floor"]
+    return verdict not in GAP and (verdict != "not_judgeable" or within_noise)
 
 
 def ruled(outcome: Outcome) -> bool:
