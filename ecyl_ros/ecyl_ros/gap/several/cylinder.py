@@ -16,32 +16,25 @@ import numpy as np
 
 from ...drive.parameters import DriveParameters
 from ...drive.stability import check_stability
-from ...effects.catalogue import CATALOGUE
 from ...recording.signals import Recording
-from ..compete.earn import at_noise, earns
-from ..cylinder import Judged, assembled, judged, sheet_of
+from ..cylinder import Judged, assembled, judged
 from ..describe.apply import with_description
 from ..diagnosis import Diagnosis
 from ..fit.fit import Fit, Fitter
-from ..fit.stages import COARSE, FINE, MEDIUM
-from ..judge.clear import unclear
-from ..judge.intervals import intervals
-from ..judge.verdict import NO_GAP_RATIO, shrink_of
+from ..fit.stages import FINE
+from ..judge.verdict import shrink_of
 from ..limits.cylinder import limits_of
 from ..locate.locate import pooled
 from ..replay.replay import SIGNALS, BoolArray, FloatArray, Replay
 from ..sheet import Sheet
-from .checks import check_one_machine, check_signals, marked_alone, with_differences
+from .alone import STEPS, Alone, joined
+from .checks import check_signals, marked_alone
 from .differences import differences
 from .joined_replay import JoinedReplay
 from .of_recording import OfRecording, OwnValue, Unseen, names_of
+from .own_sizes import own_sizes
 
-# What neither wear, warmth nor another load changes.
-_BUILT_IN = ("motor.rotor_inertia", "motor.torque_constant", "transmission.lead")
-_STEPS = 6  # of a fit to one recording, in each stage
 _JOINT, _ANEW, _UNSEEN = 0.5, 0.2, 0.3  # shares of the work
-_SINGLES = 3  # effects alone that may differ, of the closest
-_SMALLEST = 0.05  # of a size over another, so that factors mean something
 
 
 def diagnose_cylinders(
@@ -67,7 +60,8 @@ def diagnose_cylinders(
         tell(_JOINT * share)
 
     found = judged(_replays(recordings, sources), drive, without, of_all)
-    sizes = _differing(found, sources)
+    alone = Alone(found, sources)
+    sizes = own_sizes(found, alone)
     if sizes:
         found = judged(
             _replays(recordings, sources, sizes),
@@ -75,10 +69,11 @@ def diagnose_cylinders(
             without,
             lambda share: tell(_JOINT + _ANEW * share),
         )
+        alone = Alone(found, sources)
     tell(_JOINT + _ANEW)
     winner = found.competition.winner
     fit = winner if winner.names else found.competition.sheet
-    values = marked_alone(_values(found, fit, sources), set(sizes))
+    values = marked_alone(alone.values(fit), set(sizes))
     diagnosis, final = assembled(found, every, drive_name)
     diagnosis = with_description(diagnosis, found.fitter, found.competition)
     told = {*(one.effect for one in diagnosis.causes), *(one.parameter for one in diagnosis.sheet)}
@@ -95,7 +90,7 @@ def diagnose_cylinders(
     names = names_of(sources)
     return dataclasses.replace(
         diagnosis,
-        values=_joined(found).effects_in(len(recordings) - 1, diagnosis.values),
+        values=joined(found).effects_in(len(recordings) - 1, diagnosis.values),
         limits=limits,
         alike=not_told,
         replays=found.fitter.replay.runs,
@@ -119,158 +114,6 @@ def _replays(
     return lambda drive: JoinedReplay([Replay(one, drive, source) for one, source in every], sizes)
 
 
-def _joined(found: Judged) -> JoinedReplay:
-    replay = found.fitter.replay
-    assert isinstance(replay, JoinedReplay)  # which `_replays` makes
-    return replay
-
-
-def _values(found: Judged, fit: Fit, sources: Sequence[str]) -> list[list[OwnValue]]:
-    """What each recording alone shows of a set of effects and of the sheet.
-
-    Raises InputError where they are of different machines.
-    """
-    replay, sheet = _joined(found), found.fitter.sheet
-    built_in = {
-        key: float(width)
-        for key, width in zip(sheet.keys, sheet.tolerance, strict=True)
-        if key in _BUILT_IN
-    }
-    values: list[list[OwnValue]] = []
-    constants: list[dict[str, OwnValue]] = []
-    for number, part in enumerate(replay.parts):
-        fitter = Fitter(part, part.held_out())
-        alone = _fitted(fitter, replay, number, fit)
-        held = _of_sheet(alone, fitter)
-        values.append([*_of_causes(alone, fitter), *(one for one in held if one.seen)])
-        if not _sound(alone, fitter):
-            held = _another_machine(alone, fitter, built_in)
-        constants.append({one.of: one for one in held})
-    if any(constants):
-        check_one_machine(constants, built_in, sources)
-    return with_differences(values)
-
-
-def _sound(fit: Fit, fitter: Fitter) -> bool:
-    """Whether noise accounts for what a fit leaves."""
-    return fit.left <= (NO_GAP_RATIO * fitter.perfect_with(fit.values)) ** 2
-
-
-def _another_machine(fit: Fit, fitter: Fitter, keys: Collection[str]) -> list[OwnValue]:
-    """The constant that another value of, as good as free, accounts for all that a fit leaves."""
-    nominal = fitter.replay.nominal
-    for name, effect in CATALOGUE.items():
-        if effect.constant not in keys or effect.on_top or name in fit.values:
-            continue
-        size = effect.parameters[0]
-        start = fitter.evaluate(
-            {**fit.values, name: {size.name: effect.neutral(nominal)}}, fit.pulls
-        )
-        for stage in (COARSE, MEDIUM, FINE):
-            start = fitter.fit(start, steps=_STEPS, stage=stage)
-        if _sound(start, fitter):
-            (value,) = (one for one in _of_causes(start, fitter) if one.of == name)
-            key = str(effect.constant)
-            return [dataclasses.replace(value, of=key, name=key)]
-    return []
-
-
-def _fitted(fitter: Fitter, replay: JoinedReplay, number: int, fit: Fit) -> Fit:
-    """A fit of the same effects and sheet to one recording alone."""
-    start = fitter.evaluate(replay.effects_in(number, fit.values), fit.pulls)
-    for stage in (MEDIUM, FINE):
-        start = fitter.fit(start, steps=_STEPS, stage=stage)
-    return start
-
-
-def _of_causes(fit: Fit, fitter: Fitter) -> list[OwnValue]:
-    spans, _ = intervals(fit, fitter.rows, fitter.replay.time_s, fitter.sheet)
-    hidden = unclear(fit, fitter)
-    return [
-        OwnValue(
-            name,
-            one.name,
-            one.unit,
-            given[one.name],
-            *spans.get((name, one.name), (given[one.name], given[one.name])),
-            seen=name not in hidden,
-        )
-        for name, given in fit.values.items()
-        for one in CATALOGUE[name].reported
-    ]
-
-
-def _of_sheet(fit: Fit, fitter: Fitter) -> list[OwnValue]:
-    return [
-        OwnValue(
-            one.parameter, one.parameter, one.unit, one.value, one.low, one.high, seen=one.seen
-        )
-        for one in sheet_of(fitter, fit)
-    ]
-
-
-def _differing(found: Judged, sources: Sequence[str]) -> dict[str, list[float]]:
-    """Sizes over that of the last recording, of what has to have another one in each.
-
-    The intervals lie beside one another, and sizes of their own earn their place as an effect
-    does: on stretches that no fit saw. Where no set comes to the floor with common sizes, one
-    effect alone with sizes of its own may.
-    """
-    closest = found.closest
-    tried = [closest] if not found.no_gap else []
-    if tried and not at_noise(found.fitter, closest):
-        tried += [one for one in found.competition.singles[:_SINGLES] if one.names]
-    best, sizes = closest, dict[str, list[float]]()
-    for fit in tried:
-        own, after = _with_own_sizes(found, fit, sources)
-        if own and after.judged < best.judged:
-            best, sizes = after, own
-            if at_noise(found.fitter, after):
-                break
-    return sizes
-
-
-def _with_own_sizes(
-    found: Judged, fit: Fit, sources: Sequence[str]
-) -> tuple[dict[str, list[float]], Fit]:
-    """Sizes of its own of what differs in a set of effects, where they earn their place."""
-    values = _values(found, fit, sources)
-    taken: dict[str, list[float]] = {}
-    for key in sorted({one.of for each in values for one in each if one.differs}):
-        factors = _factors(key, found, values)
-        if factors is None:
-            continue
-        replay = _joined(found).with_own({**taken, key: factors})
-        fitter = Fitter(replay, replay.held_out())
-        after = fitter.evaluate(fit.values, fit.pulls)
-        for stage in (MEDIUM, FINE):
-            after = fitter.fit(after, steps=_STEPS, stage=stage)
-        if earns(fitter, after, fit):
-            taken[key] = factors
-            fit = after
-    return taken, fit
-
-
-def _factors(key: str, found: Judged, values: Sequence[Sequence[OwnValue]]) -> list[float] | None:
-    """How large a cause or constant is in each recording, over the last; None without a size."""
-    sizes = []
-    for each in values:
-        value = next((one.value for one in each if one.of == key), None)
-        if value is None:
-            return None
-        sizes.append(value - _neutral(key, found))
-    if key in CATALOGUE and CATALOGUE[key].sized == ():
-        return None
-    most = max(abs(one) for one in sizes)
-    if abs(sizes[-1]) < _SMALLEST * most:
-        return None
-    return [one / sizes[-1] for one in sizes]
-
-
-def _neutral(key: str, found: Judged) -> float:
-    return CATALOGUE[key].neutral(found.fitter.replay.nominal) if key in CATALOGUE else 0.0
-
-
 def _pooled(replay: Replay, gap: FloatArray, rows: BoolArray) -> float:
     """RMS of a gap on `rows`, pooled over the signals as shares of them."""
     return pooled(replay, np.sqrt(np.mean(gap[:, rows] ** 2, axis=1)))
@@ -291,7 +134,7 @@ def _of_recording(
     name: str,
     values: Sequence[Sequence[OwnValue]],
 ) -> OfRecording:
-    replay, fitter = _joined(found), found.fitter
+    replay, fitter = joined(found), found.fitter
     part, span = replay.parts[number], replay.spans[number]
     held = fitter.held[span]
     if not held.any():
@@ -327,7 +170,7 @@ def _by_others(replay: JoinedReplay, others: Sequence[int], number: int, final: 
     subset = replay.subset(others)
     fitter = Fitter(subset, subset.held_out())
     values = replay.effects_among(others, final.values)
-    fit = fitter.fit(fitter.evaluate(values, final.pulls), steps=_STEPS, stage=FINE)
+    fit = fitter.fit(fitter.evaluate(values, final.pulls), steps=STEPS, stage=FINE)
     return _played(replay.with_own({}), number, fit, fitter.sheet)
 
 
