@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -28,6 +28,7 @@ from .judge.verdict import (
     HELPS,
     NAMED,
     SEEN,
+    Standing,
     alternatives,
     at_floor,
     confidence,
@@ -172,51 +173,19 @@ def assembled(found: Judged, source: str, drive_name: str) -> tuple[Diagnosis, F
     perfect = fitter.perfect_with(winner.values)
     place = standing(competition, perfect)
     notes = [*replay.notes, *found.remarks]
-    causes: list[Cause] = []
     chain = _steps(fitter, competition) if winner.names else []
     noise = fitter.noise_with(winner.values)
     floor = pooled(replay, noise)
     surplus = max(before - floor, 1e-12)
-    if winner.names:
-        order: list[str] = []
-        for fit in chain:
-            order += [name for name in fit.names if name not in order]
-        spans, _ = intervals(winner, fitter.rows, replay.time_s, fitter.sheet)
-        previous = in_all(alone)
-        tuned = settings(winner.names)
-        own = settings_alone(tuned)
-        for name, fit in zip(order, chain, strict=True):
-            now = in_all(fit)
-            others = alternatives(competition, name)
-            sure = confidence(place, len(others)) * (own if name in tuned else 1.0)
-            rest = in_all(competition.leave_one_out[name])
-            parameters = []
-            for quantity in CATALOGUE[name].reported:
-                value = winner.values[name][quantity.name]
-                low, high = spans.get((name, quantity.name), (value, value))
-                bound = f"{name}.{quantity.name}" in winner.bounds_hit
-                parameters.append(
-                    FittedParameter(quantity.name, quantity.unit, value, low, high, bound)
-                )
-                if bound:
-                    notes.append(f"{name}: {quantity.name} is at the bound of its fit")
-            off, lost = (previous - now) / surplus, (rest - in_all(winner)) / surplus
-            causes.append(named_cause(name, parameters, sure, others, off, lost))
-            previous = now
+    causes, at_bounds = _causes(found, chain, place, in_all, surplus)
+    notes += at_bounds
     named = bool(causes) and min(one.confidence for one in causes) >= NAMED
     helps = (in_all(alone) - in_all(winner)) >= HELPS * (in_all(alone) - white)
     # A few impacts that noise has moved may stand for most of the RMS, and hide what is gone.
     helps = helps or (place.left <= AT_FLOOR and gone(fitter, winner) >= EXCUSED)
     named = named and helps
-    if causes and not named:
-        tried = ", ".join(one.title for one in causes)
-        notes.append(f"closest in the catalogue, but too unlike to be named: {tried}")
-        if settings_alone(winner.names) < 1.0:
-            notes.append(
-                "together, settings of one controller give nearly any change of its answer: one "
-                "that the catalogue lacks may be the cause"
-            )
     if not named:
+        notes += _too_unlike(causes, winner)
         noise, floor = np.ones(len(replay.signals)), white
         surplus = max(before - floor, 1e-12)
     elif floor > white:
@@ -264,16 +233,7 @@ def assembled(found: Judged, source: str, drive_name: str) -> tuple[Diagnosis, F
         ),
         notes=tuple(notes),
         values={name: dict(given) for name, given in final.values.items()},
-        series=Series(
-            replay.time_s,
-            replay.reference_m,
-            replay.recorded,
-            replay.simulate(nominal.values),
-            replay.simulate(final.values, fitter.sheet.constants(final.pulls)),
-            fitter.held,
-            replay.usable,
-            int(replay.recording.stamp_ns[0]),
-        ),
+        series=_series(fitter, nominal, final),
         replays=fitter.replay.runs,
         misfit_before=misfit(nominal.left),
         misfit_after=misfit(final.left),
@@ -286,6 +246,80 @@ def assembled(found: Judged, source: str, drive_name: str) -> tuple[Diagnosis, F
         within_sheet=in_all(alone),
     )
     return diagnosis, final
+
+
+def _causes(
+    found: Judged,
+    chain: Sequence[Fit],
+    place: Standing,
+    in_all: Callable[[Fit], float],
+    surplus: float,
+) -> tuple[list[Cause], list[str]]:
+    """The winner's effects as causes, in the order that they earn their place, and remarks.
+
+    chain: fits as they are added, one a cause. in_all: what a fit leaves on held-out stretches.
+    surplus: what stands above the floor.
+    """
+    fitter, competition = found.fitter, found.competition
+    winner = competition.winner
+    if not chain:
+        return [], []
+    order: list[str] = []
+    for fit in chain:
+        order += [name for name in fit.names if name not in order]
+    spans, _ = intervals(winner, fitter.rows, fitter.replay.time_s, fitter.sheet)
+    tuned = settings(winner.names)
+    own = settings_alone(tuned)
+    causes, notes = [], []
+    previous = in_all(competition.sheet)
+    for name, fit in zip(order, chain, strict=True):
+        now = in_all(fit)
+        others = alternatives(competition, name)
+        sure = confidence(place, len(others)) * (own if name in tuned else 1.0)
+        rest = in_all(competition.leave_one_out[name])
+        parameters = []
+        for quantity in CATALOGUE[name].reported:
+            value = winner.values[name][quantity.name]
+            low, high = spans.get((name, quantity.name), (value, value))
+            bound = f"{name}.{quantity.name}" in winner.bounds_hit
+            parameters.append(
+                FittedParameter(quantity.name, quantity.unit, value, low, high, bound)
+            )
+            if bound:
+                notes.append(f"{name}: {quantity.name} is at the bound of its fit")
+        off, lost = (previous - now) / surplus, (rest - in_all(winner)) / surplus
+        causes.append(named_cause(name, parameters, sure, others, off, lost))
+        previous = now
+    return causes, notes
+
+
+def _too_unlike(causes: Sequence[Cause], winner: Fit) -> list[str]:
+    """What is said of causes that come nearest, but are not named."""
+    if not causes:
+        return []
+    tried = ", ".join(one.title for one in causes)
+    notes = [f"closest in the catalogue, but too unlike to be named: {tried}"]
+    if settings_alone(winner.names) < 1.0:
+        notes.append(
+            "together, settings of one controller give nearly any change of its answer: one "
+            "that the catalogue lacks may be the cause"
+        )
+    return notes
+
+
+def _series(fitter: Fitter, nominal: Fit, final: Fit) -> Series:
+    """What was recorded, and what both models play."""
+    replay = fitter.replay
+    return Series(
+        replay.time_s,
+        replay.reference_m,
+        replay.recorded,
+        replay.simulate(nominal.values),
+        replay.simulate(final.values, fitter.sheet.constants(final.pulls)),
+        fitter.held,
+        replay.usable,
+        int(replay.recording.stamp_ns[0]),
+    )
 
 
 def sheet_of(fitter: Fitter, final: Fit) -> tuple[SheetValue, ...]:
