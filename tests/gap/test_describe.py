@@ -173,7 +173,7 @@ def test_prediction_finds_the_smoothness_that_the_truth_has():
 def _guess(of: tuple[str, ...], errors: np.ndarray, freedom: float) -> Guess:
     none = np.zeros(0)
     count = np.full(len(errors), 40)
-    made = Regression(errors, count, none, none, 1.0, freedom, np.zeros((0, 0)))
+    made = Regression(errors, count, none, none, 1.0, freedom, 0.0, np.zeros((0, 0)))
     return Guess("torque", of, (), 0.0, made)
 
 

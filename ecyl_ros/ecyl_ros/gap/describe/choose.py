@@ -29,10 +29,13 @@ _ONE_SIDED_95 = 1.645
 LEAST_TURNS = 1.5  # of a periodic variable, before it says anything of a period
 _EXPLAINS = 0.5  # share of what the sheet alone leaves of a balance that a law has to predict
 _VISITED = 3  # samples about a place from which it counts as visited
+_NEAR = 2  # sets of each sort that are tried in closed loop
 _LOOKED_AT = 5  # pairs of variables that are looked at closely
 
 _PLACE = ("position", "rotor_angle", "screw_angle")
 _ALIKE = (set(_PLACE), {"speed", "direction"}, {"current", "torque", "voltage"})
+
+_ANSWERS = {"current", "torque"}
 
 _FREE = {
     "torque": (*_PLACE, "speed", "current", "torque", "time", "heat", "travel"),
@@ -91,7 +94,32 @@ class Choice:
     @property
     def explains(self) -> bool:
         """Whether the set predicts enough of what the sheet alone leaves."""
-        return self.best.found.error <= (1.0 - _EXPLAINS) * self.alone.error
+        return self._explains(self.best)
+
+    @property
+    def every(self) -> tuple[Guess, ...]:
+        """All sets, the one that stands first."""
+        return (self.best, *self.rivals)
+
+    @property
+    def near(self) -> list[Guess]:
+        """Those that predict enough and come nearest, of each number of variables.
+
+        Along a recording what the loop answers with, current and torque, predicts what it answers
+        to: sets with these and sets without go side by side, for the loop to tell.
+        """
+        found: list[Guess] = []
+        for size, answers in itertools.product(range(3), (False, True)):
+            first: dict[tuple[str, tuple[str, ...]], Guess] = {}
+            for one in sorted(self.every, key=lambda one: one.found.error):
+                alike = len(one.of) == size and bool(set(one.of) & _ANSWERS) is answers
+                if alike and self._explains(one):
+                    first.setdefault((one.kind, one.of), one)
+            found += list(first.values())[:_NEAR]
+        return found
+
+    def _explains(self, guess: Guess) -> bool:
+        return guess.found.error <= (1.0 - _EXPLAINS) * self.alone.error
 
 
 class Trial(NamedTuple):
@@ -163,6 +191,8 @@ class Balance:
         self.pulled = tuple(pulled)
         where = np.concatenate(self.rows)
         self.where = np.unique(where)
+        # A law has to say something of all that the recording visits, held-out stretches as well.
+        self.visited = np.any([one.known for one, _ in parts], axis=0)
         seconds = len(np.unique(where)) * motion.smooth.step * max(1, motion.smooth.points // 2)
         self.data = Rows(
             np.concatenate(targets),
@@ -182,7 +212,7 @@ class Balance:
         motion = self.motion
         values = [motion.variable(one, trial.on_load, trial.heat_s) for one in trial.of]
         axes = tuple(
-            Axis.over(name, one[self.where], paired=len(trial.of) > 1)
+            Axis.over(name, one[self.visited], paired=len(trial.of) > 1)
             for name, one in zip(trial.of, values, strict=True)
         )
         law = self._columns(kind, axes, values, filtered=not glimpse)

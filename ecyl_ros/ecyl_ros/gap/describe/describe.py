@@ -21,6 +21,7 @@ from ...drive.law import PERIODS
 from ..compete.compete import Competition
 from ..compete.earn import earns
 from ..fit.fit import Fit, Fitter
+from ..fit.newton import Map
 from ..fit.robust import misfit
 from ..judge.verdict import HELPS
 from ..locate.locate import pooled
@@ -36,7 +37,7 @@ from .nearest import played_curve
 from .play import ROUGHLY, Played, at_noise, evaluate, play
 from .points import against, at_port
 
-_PLAYED = 3  # laws that are fitted in closed loop
+_PLAYED = 4  # laws of each number of variables that are fitted in closed loop
 _ALIKE = 1.02  # costs closer than this factor cannot be told apart
 _PORTS = {
     "torque": ("rotor_torque", "load_torque"),
@@ -110,55 +111,76 @@ def describe(
     if not candidates:
         return None
     candidates.sort(key=lambda one: (-len(_COVERS[one.port] & broken), one.begun.fitted))
+    sizes = sorted({len(one.guess.of) for one in candidates})
+    played: Played | None = None
     with ThreadPoolExecutor(threads) as pool:
-        roughly = [
-            (
-                play(fitter, one.guess, one.port, one.begun.pulls, pool.map, ROUGHLY),
-                one,
-            )
-            for one in candidates[:_PLAYED]
-        ]
-        tell(0.7)
-        roughly.sort(key=lambda one: one[0].fitted)
-        nearest, chosen = roughly[0]
-        begun = chosen.guess.with_values(np.array(nearest.law.values))
-        found = play(fitter, begun, chosen.port, nearest.pulls, pool.map)
-    played = found if found.fitted <= nearest.fitted else nearest
-    tell(0.95)
+        for number, size in enumerate(sizes):
+            own = [one for one in candidates if len(one.guess.of) == size][:_PLAYED]
+            roughly = [
+                (play(fitter, one.guess, one.port, one.begun.pulls, pool.map, ROUGHLY), one)
+                for one in own
+            ]
+            tell(0.45 + 0.5 * (number + 0.5) / len(sizes))
+            nearest, nominee = min(roughly, key=lambda one: one[0].fitted)
+            if played is None or nearest.fitted < played.fitted:
+                closer = _closely(fitter, nearest, nominee, pool.map)
+                if played is None or earns(fitter, as_fit(closer), as_fit(played)):
+                    played, chosen, alike = closer, nominee, _alike(roughly, nearest, nominee)
+            tell(0.45 + 0.5 * (number + 1) / len(sizes))
+            if at_noise(fitter, played.judged):
+                break  # more variables are not needed
+    assert played is not None
     null = competition.sheet
     if not (_earns(fitter, played, null) and _helps(fitter, played, null)):
         return None
     if any(one.names and one.judged <= played.judged for one in _named(competition)):
         return None  # a set of effects comes as near, unlike as it is
-    chance = probability(chosen.balance, [chosen.guess, *chosen.choice.rivals[:4]])
+    others = [one for one in chosen.choice.every if one.of != chosen.guess.of]
+    chance = probability(chosen.balance, [chosen.guess, *others[:4]])
     if chance > LEVEL:
         return None
-    alike = tuple(
-        one.port
-        for other, one in roughly[1:]
-        if other.fitted < _ALIKE * nearest.fitted and one.choice is chosen.choice
-    )
     return Described(_described(fitter, competition, played, chosen, motion, chance, alike), played)
+
+
+def _closely(fitter: Fitter, nearest: Played, one: _Candidate, side_by_side: Map) -> Played:
+    """A law that was fitted roughly, as near as it goes."""
+    begun = one.guess.with_values(np.array(nearest.law.values))
+    found = play(fitter, begun, one.port, nearest.pulls, side_by_side)
+    return found if found.fitted <= nearest.fitted else nearest
+
+
+def _alike(
+    roughly: list[tuple[Played, _Candidate]], nearest: Played, chosen: _Candidate
+) -> tuple[str, ...]:
+    """Other ports at which the same law comes as near."""
+    return tuple(
+        one.port
+        for other, one in roughly
+        if one.port != chosen.port
+        and other.fitted < _ALIKE * nearest.fitted
+        and one.guess.of == chosen.guess.of
+        and one.choice is chosen.choice
+    )
 
 
 def _candidates(
     kinds: tuple[str, ...], fitter: Fitter, balances: dict[str, Balance], motion: Motion
 ) -> list[_Candidate]:
-    """The set that stands at one balance, at each of its ports."""
+    """The sets that come nearest at one balance, at each of its ports."""
     choice = choose(kinds, balances, motion)
-    if choice is None or not choice.explains:
+    if choice is None:
         return []
-    guess = choice.best
-    balance = balances[guess.kind]
-    pulls = fitter.sheet.at_nominal
-    pulls[list(balance.pulled)] = guess.found.pulls
     made = []
-    for port in _PORTS[guess.kind]:
-        # An error of the encoder shows in rod against rotor the other way round.
-        turned = -1.0 if port == "rotor_angle_error" else 1.0
-        begun = guess.with_values(turned * guess.found.values)
-        played = evaluate(fitter, begun.law(port), pulls)
-        made.append(_Candidate(begun, port, choice, balance, played))
+    for guess in choice.near:
+        balance = balances[guess.kind]
+        pulls = fitter.sheet.at_nominal
+        pulls[list(balance.pulled)] = guess.found.pulls
+        for port in _PORTS[guess.kind]:
+            # An error of the encoder shows in rod against rotor the other way round.
+            turned = -1.0 if port == "rotor_angle_error" else 1.0
+            begun = guess.with_values(turned * guess.found.values)
+            played = evaluate(fitter, begun.law(port), pulls)
+            made.append(_Candidate(begun, port, choice, balance, played))
     return made
 
 
@@ -210,7 +232,7 @@ def _described(
         part, gain = chosen.balance.parts[0]
         near = played_curve(fitter, nearest, law, guess, part.balance, gain)
         resembles = Resembled(name, misfit(nearest.left), misfit(played.left), near)
-    rivals = [one for one in chosen.choice.rivals if one.of != guess.of]
+    rivals = [one for one in chosen.choice.every if one.of != guess.of]
     course, points = _course(fitter, chosen, motion, played)
     return Description(
         law=law,

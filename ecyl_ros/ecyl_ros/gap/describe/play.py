@@ -18,10 +18,10 @@ from scipy.linalg import eigh
 from ...drive.law import Law
 from ..compete.earn import AT_FLOOR
 from ..fit.fit import CONVERGED, Fitter
-from ..fit.gram import weighted_products
 from ..fit.newton import Differences, Map, Objective, descend
-from ..fit.robust import LOSS_SCALE, cost, robust_weights
+from ..fit.robust import LOSS_SCALE, cost
 from ..fit.stages import COARSE, FINE, MEDIUM, Stage
+from ..judge.intervals import quantile, spreads
 from ..replay.replay import FloatArray
 from .axis import roughness
 from .choose import Guess
@@ -31,7 +31,7 @@ _FAR = 20.0  # times its RMS that a law may move
 # How it is fitted: stages in turn, each with fresh derivatives and so many steps at the most.
 ROUGHLY = ((COARSE, 2),)
 CLOSELY = (*((COARSE, 3),) * 2, *((MEDIUM, 3),) * 2, *((FINE, 3),) * 3)
-_STILL = 0.98  # of its cost: a stage that leaves more than this has brought nothing
+_STILL = 0.98  # of its cost: a stage that leaves more than this is not repeated
 
 Seen = Callable[[FloatArray], FloatArray]
 
@@ -75,15 +75,16 @@ def evaluate(fitter: Fitter, law: Law, pulls: FloatArray) -> Played:
     )
 
 
-def directions(guess: Guess) -> FloatArray:
-    """What a law's values move along, float64[m, values]: its own shape, then what the data hold.
+def directions(guess: Guess) -> tuple[FloatArray, FloatArray]:
+    """What a law's values move along, float64[m, values], and what a step costs, float64[m].
 
-    Each has the RMS of the law's values.
+    They span its own shape and what the data hold; each has the RMS of the law's values. A step
+    costs its roughness, as in the regression: what was not visited follows what was.
     """
     values = guess.found.values
     size = max(float(np.sqrt(np.mean(values**2))), 1e-12)
     if len(values) == 1:
-        return np.full((1, 1), size)
+        return np.full((1, 1), size), np.zeros(1)
     found = [values / size]
     wanted = min(max(math.ceil(guess.found.freedom), _LEAST), _MOST)
     # Where the recording holds the values best, of all that are as smooth as they are.
@@ -104,7 +105,9 @@ def directions(guess: Guess) -> FloatArray:
             found.append(left / length)
         if len(found) > wanted:
             break
-    return size * np.array(found)
+    along = size * np.array(found)
+    costs, turned = eigh(along @ smooth @ along.T)  # so that each costs by itself
+    return turned.T @ along, guess.found.stiff * np.maximum(costs, 0.0)
 
 
 def play(
@@ -123,7 +126,7 @@ def play(
         how: as near as it goes, or `ROUGHLY`, as far as a comparison of ports needs.
     """
     sheet, rows = fitter.sheet, fitter.rows
-    along = directions(guess)
+    along, rough = directions(guess)
     count, size = len(along), len(along) + len(sheet)
 
     def at(point: FloatArray) -> Law:
@@ -139,9 +142,10 @@ def play(
     before = math.inf
     last: Stage | None = None
     for stage, most in how:
-        done = math.sqrt(best.fitted) <= fitter.perfect
-        if last is not None and (done or (stage is last and best.fitted > _STILL * before)):
+        if last is not None and math.sqrt(best.fitted) <= fitter.perfect:
             break
+        if stage is last and best.fitted > _STILL * before:
+            continue
         before, last = best.fitted, stage
         seen = fitter.blurred(stage.blur_s)
         steps = np.array([stage.difference] * count + [stage.pulled] * len(sheet))
@@ -166,7 +170,7 @@ def play(
             tried=tried,
             loss_scale=max(LOSS_SCALE * stage.wide, 3.0 * typical),
             evidence=sheet.evidence,
-            precision=np.array([0.0] * count + [4.0] * len(sheet)),
+            precision=np.concatenate([rough, np.full(len(sheet), 4.0)]),
             low=low,
             high=high,
         )
@@ -184,25 +188,32 @@ def play(
         values = [objective.value(seen(one.gap), where) for where, one in passed]
         reached, gap = passed[int(np.argmin(values))][0], passed[int(np.argmin(values))][1].gap
         best = min([best, *(one for _, one in passed)], key=lambda one: one.fitted)
-    half, pull_half = _half_widths(best, slopes, along, fitter)
+    half, pull_half = _half_widths(best, slopes, along, rough, guess, fitter)
     return dataclasses.replace(best, half=half, pull_half=pull_half)
 
 
 def _half_widths(
-    best: Played, slopes: FloatArray, along: FloatArray, fitter: Fitter
+    best: Played,
+    slopes: FloatArray,
+    along: FloatArray,
+    rough: FloatArray,
+    guess: Guess,
+    fitter: Fitter,
 ) -> tuple[FloatArray, FloatArray]:
-    """Half the widths of the 95 % bands of values and pulls, from the curvature at the end."""
-    residual = best.gap[:, fitter.rows].ravel()
-    weight = robust_weights(residual)
-    level = max(float(weight @ residual**2), float(residual.size))
-    pieces = fitter.sheet.evidence / level
-    count = len(along)
-    price = np.diag([0.0] * count + [4.0] * (len(slopes) - count))
-    curvature = pieces * weighted_products(slopes, weight, residual)[0] + price
-    spread = np.linalg.pinv(curvature, rcond=1e-12, hermitian=True)
-    variance = np.einsum("ik,ij,jk->k", along, spread[:count, :count], along)
-    own = np.maximum(np.diag(spread)[count:], 0.0)
-    return 1.96 * np.sqrt(np.maximum(variance, 0.0)), 1.96 * np.sqrt(own)
+    """Half the widths of the 95 % bands of values and pulls.
+
+    Along the directions that the law moved, from the replays; across them from the regression.
+    """
+    count, time_s = len(along), fitter.replay.time_s
+    price = np.array([*rough, *[4.0] * (len(slopes) - count)])
+    spread, stretches = spreads(slopes, best.gap, fitter.rows, time_s, fitter.sheet.evidence, price)
+    moved = np.einsum("ik,sij,jk->sk", along, spread[:, :count, :count], along).max(axis=0)
+    across = np.eye(along.shape[1]) - np.linalg.pinv(along) @ along
+    stayed = np.einsum("ki,ij,kj->k", across, guess.found.covariance, across)
+    variance = np.maximum(moved, 0.0) + np.maximum(stayed, 0.0)
+    own = np.maximum(np.diagonal(spread, axis1=1, axis2=2).max(axis=0)[count:], 0.0)
+    wide = quantile(stretches)
+    return wide * np.sqrt(variance), 1.96 * np.sqrt(own)
 
 
 def at_noise(fitter: Fitter, cost: float) -> bool:

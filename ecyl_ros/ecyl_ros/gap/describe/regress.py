@@ -46,6 +46,8 @@ class Regression:
             int64[blocks], its rows.
         values: float64[k], of the law. pulls: float64[p]. smooth: the weight chosen.
         freedom: effective number of parameters of the law.
+        stiff: what a unit of the values' roughness costs, where half the width of the sheet's
+            tolerances costs 4.
         covariance: float64[k, k], of the values.
     """
 
@@ -55,6 +57,7 @@ class Regression:
     pulls: FloatArray
     smooth: float
     freedom: float
+    stiff: float
     covariance: FloatArray
 
     @property
@@ -86,7 +89,8 @@ class Normal:
         self.rough[: self.size, : self.size] = rough
         # Roughness is weighed against how much the rows say of a value on average.
         scale = np.trace(self.gram.sum(axis=0)[: self.size, : self.size]) / max(self.size, 1)
-        self.rough *= scale if scale > 0.0 else 1.0
+        self.scale = float(scale) if scale > 0.0 else 1.0
+        self.rough *= self.scale
         self.price = np.zeros((whole, whole))
         held = np.arange(self.size, whole)
         self.price[held, held] = 4.0
@@ -161,6 +165,7 @@ def regress(
     found = inverse @ normal.slope.sum(axis=0)
     size = normal.size
     freedom = float(np.trace((inverse @ whole)[:size, :size]))
+    stiff = best * normal.scale * rows.evidence / (level * float(normal.count.sum()))
     return Regression(
         best_errors,
         normal.count,
@@ -168,5 +173,6 @@ def regress(
         found[size:],
         best,
         freedom,
+        stiff,
         level * inverse[:size, :size],
     )

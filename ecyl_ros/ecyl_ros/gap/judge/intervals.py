@@ -25,38 +25,60 @@ from ..split import STRETCH_S
 FORM = 4e-3
 
 
-def variances(
-    fit: Fit, rows: BoolArray, time_s: FloatArray, evidence: float
+def spreads(
+    jacobian: FloatArray,
+    gap: FloatArray,
+    rows: BoolArray,
+    time_s: FloatArray,
+    evidence: float,
+    price: FloatArray,
 ) -> tuple[FloatArray, int]:
-    """Variance of each of the fit's coordinates and pulls, and how many stretches it rests on.
+    """Covariances of what was fitted, float64[3, k, k], and how many stretches they rest on.
 
-    The sandwich estimator over stretches of the recording: within a stretch the residual may be
-    correlated as it likes. Never less than what white noise at the floor would give. The sheet
-    counts as a measurement of its own.
+    The first is the sandwich estimator over stretches of the recording: within a stretch the
+    residual may be correlated as it likes. The second is what white noise at the floor would give;
+    the third weighs the sheet as the fit does: what the sheet alone can tell from one another hangs
+    on derivatives that no differences give well enough. No variance is less than any of them says.
+
+    Args:
+        jacobian: float64[k, signals * rows]. gap: float64[signals, n]. rows: bool[n], the fitted.
+        evidence: independent pieces of it. price: float64[k], of a step of one, as a measurement of
+            its own: of pulls the sheet's, 0 of what is free.
     """
-    jacobian = fit.jacobian
-    if jacobian is None:
-        return np.zeros(0), 0
-    residual = fit.gap[:, rows]
+    residual = gap[:, rows]
     weight = robust_weights(residual)
     hessian, _ = weighted_products(jacobian, weight.ravel(), residual.ravel())
-    sheet = np.diag([0.0] * len(fit.coordinates) + [4.0] * len(fit.pulled))
-    # What the sheet alone can tell from one another hangs on derivatives that no differences give
-    # well enough: there the evidence counts that the fit itself weighs the sheet against.
+    own = np.diag(price)
     pieces = evidence / max(float(np.sum(weight * residual**2)), float(residual.size))
-    weighed = np.linalg.pinv(pieces * hessian + sheet, rcond=1e-12, hermitian=True)
-    hessian += sheet
-    inverse = np.linalg.pinv(hessian, rcond=1e-12, hermitian=True)
+    weighed = np.linalg.pinv(pieces * hessian + own, rcond=1e-12, hermitian=True)
+    inverse = np.linalg.pinv(hessian + own, rcond=1e-12, hermitian=True)
     stretch = np.floor(time_s[rows] / STRETCH_S).astype(np.int64)
     pushed = jacobian * (weight * residual).ravel()  # what each sample asks of each coordinate
-    scores = pushed.reshape(len(jacobian), fit.gap.shape[0], -1).sum(axis=1)
+    scores = pushed.reshape(len(jacobian), gap.shape[0], -1).sum(axis=1)
     labels = np.unique(stretch)
     summed = np.array([scores[:, stretch == label].sum(axis=1) for label in labels])
     count = len(labels)
     correction = count / max(count - 1, 1)
-    sandwich = inverse @ (correction * summed.T @ summed + sheet) @ inverse
-    variance: FloatArray = np.maximum(np.diag(sandwich), np.diag(inverse))
-    return np.maximum(variance, np.diag(weighed)) if len(fit.pulled) else variance, count
+    sandwich = inverse @ (correction * summed.T @ summed + own) @ inverse
+    return np.stack([sandwich, inverse, weighed]), count
+
+
+def variances(
+    fit: Fit, rows: BoolArray, time_s: FloatArray, evidence: float
+) -> tuple[FloatArray, int]:
+    """Variance of each of the fit's coordinates and pulls, and how many stretches it rests on."""
+    if fit.jacobian is None:
+        return np.zeros(0), 0
+    price = np.array([0.0] * len(fit.coordinates) + [4.0] * len(fit.pulled))
+    found, count = spreads(fit.jacobian, fit.gap, rows, time_s, evidence, price)
+    each = np.diagonal(found, axis1=1, axis2=2)
+    variance: FloatArray = each.max(axis=0) if len(fit.pulled) else each[:2].max(axis=0)
+    return variance, count
+
+
+def quantile(stretches: int) -> float:
+    """Half the width of a 95 % interval, in standard deviations known from so many stretches."""
+    return float(student.ppf(0.975, max(stretches - 1, 2)))
 
 
 def _form(effect: str) -> float:
@@ -84,13 +106,13 @@ def intervals(
     """
     spread, count = variances(fit, rows, time_s, sheet.evidence)
     found = {}
-    quantile = float(student.ppf(0.975, max(count - 1, 2)))
+    wide = quantile(count)
     for index, one in enumerate(fit.coordinates):
         value = fit.values[one.effect][one.quantity.name]
         raw = one.of(value)
         share = _form(one.effect)
         form = share if one.logarithmic else share * abs(value) / one.scale
-        half = math.hypot(quantile * math.sqrt(max(float(spread[index]), 0.0)), form)
+        half = math.hypot(wide * math.sqrt(max(float(spread[index]), 0.0)), form)
         low, high = one.outward(raw - min(half, 50.0)), one.outward(raw + min(half, 50.0))
         open_ = _left_open(one.effect, sheet)
         if open_ > 0.0:
