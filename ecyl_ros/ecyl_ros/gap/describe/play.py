@@ -20,8 +20,8 @@ from ..compete.earn import AT_FLOOR
 from ..fit.fit import CONVERGED, Fitter
 from ..fit.newton import Differences, Map, Objective, descend
 from ..fit.robust import LOSS_SCALE, cost
-from ..fit.stages import COARSE, FINE, MEDIUM, Stage
-from ..judge.intervals import quantile, spreads
+from ..fit.stages import COARSE, EXACT, FINE, MEDIUM, Stage
+from ..judge.intervals import FORM, quantile, spreads
 from ..replay.replay import FloatArray
 from .axis import roughness
 from .choose import Guess
@@ -30,7 +30,7 @@ _LEAST, _MOST = 6, 18  # directions that a law moves along, beside its own size
 _FAR = 20.0  # times its RMS that a law may move
 # How it is fitted: stages in turn, each with fresh derivatives and so many steps at the most.
 ROUGHLY = ((COARSE, 2),)
-CLOSELY = (*((COARSE, 3),) * 2, *((MEDIUM, 3),) * 2, *((FINE, 3),) * 3)
+CLOSELY = (*((COARSE, 3),) * 2, *((MEDIUM, 3),) * 2, *((FINE, 3),) * 3, (EXACT, 2))
 _STILL = 0.98  # of its cost: a stage that leaves more than this is not repeated
 
 Seen = Callable[[FloatArray], FloatArray]
@@ -142,8 +142,10 @@ def play(
     before = math.inf
     last: Stage | None = None
     for stage, most in how:
-        if last is not None and math.sqrt(best.fitted) <= fitter.perfect:
-            break
+        # Whatever comes of it, the last stage says how well the law is known.
+        done = last is not None and math.sqrt(best.fitted) <= fitter.perfect
+        if done and stage is not EXACT:
+            continue
         if stage is last and best.fitted > _STILL * before:
             continue
         before, last = best.fitted, stage
@@ -180,7 +182,7 @@ def play(
             slopes,
             range(size),
             range(size),
-            Differences(steps, False, side_by_side),
+            Differences(steps, stage.central, side_by_side),
             most=most,
             least=CONVERGED,
         )
@@ -212,8 +214,8 @@ def _half_widths(
     stayed = np.einsum("ki,ij,kj->k", across, guess.found.covariance, across)
     variance = np.maximum(moved, 0.0) + np.maximum(stayed, 0.0)
     own = np.maximum(np.diagonal(spread, axis1=1, axis2=2).max(axis=0)[count:], 0.0)
-    wide = quantile(stretches)
-    return wide * np.sqrt(variance), 1.96 * np.sqrt(own)
+    half = np.hypot(quantile(stretches) * np.sqrt(variance), FORM * np.abs(best.law.values))
+    return half, 1.96 * np.sqrt(own)
 
 
 def at_noise(fitter: Fitter, cost: float) -> bool:
