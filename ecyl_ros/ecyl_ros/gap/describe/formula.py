@@ -2,7 +2,8 @@
 
 Sparse regression over the forms that the field writes laws in: powers, magnitudes and signs, waves
 of a place, products of these for two variables. Terms are added one by one, the one that removes
-most first, until what is left lies within the table's band, or is a twentieth of it.
+most first, until what is left lies within the table's band, or is a twentieth of it. Where the band
+is wide, a place counts for less.
 """
 
 from __future__ import annotations
@@ -58,31 +59,33 @@ def formula(law: Law, half: FloatArray) -> str | None:
             for one, other in itertools.product(*forms)
         ]
     pool = [[("", "", np.ones(len(values)))], *pool]
-    size = float(np.sqrt(np.mean(values**2)))
-    enough = max(_AS_WELL * size, float(np.sqrt(np.mean(half**2))) / 1.96)
+    enough = np.maximum(_AS_WELL * float(np.sqrt(np.mean(values**2))), half / 1.96)
     chosen: list[Term] = []
     while True:
-        found, left = _fitted(chosen, values)
-        if float(np.sqrt(np.mean(left**2))) <= enough:
+        found, left = _fitted(chosen, values, enough)
+        if float(np.mean((left / enough) ** 2)) <= 1.0:
             break
         if len(chosen) == _MOST_TERMS:
             return None
         rest = [one for one in pool if all(one is not other for other in chosen)]
 
         def leaves(term: Term, before: list[Term] = chosen) -> float:
-            return float(np.sum(_fitted([*before, term], values)[1] ** 2))
+            return float(np.sum((_fitted([*before, term], values, enough)[1] / enough) ** 2))
 
         chosen = [*chosen, min(rest, key=leaves)]
     return _text(chosen, found, law.unit)
 
 
-def _fitted(terms: list[Term], values: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """(coefficients, what is left)."""
+def _fitted(
+    terms: list[Term], values: FloatArray, enough: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """(coefficients, what is left), each place weighed by what would be near enough there."""
     if not terms:
         return np.zeros(0), values
     design = np.stack([one[2] for term in terms for one in term], axis=1)
     scale = np.maximum(np.abs(design).max(axis=0), 1e-300)
-    found = np.linalg.lstsq(design / scale, values, rcond=1e-9)[0] / scale
+    weighed = design / scale / enough[:, None]
+    found = np.linalg.lstsq(weighed, values / enough, rcond=1e-9)[0] / scale
     return found, values - design @ found
 
 

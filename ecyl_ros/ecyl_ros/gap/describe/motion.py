@@ -16,7 +16,7 @@ from ..replay.evidence import Smoother
 from ..replay.replay import SIGNALS, BoolArray, FloatArray, Replay
 from ..split import STRETCH_S
 
-HEAT_S = (0.5, 1.5, 5.0)  # time constants of heat that are tried, s
+HEAT_S = (0.5, 0.8, 1.25, 2.0, 3.2, 5.0)  # time constants of heat that are tried, s
 _PRESLIDING_RAD = 5e-4  # way from a reversal on which dry friction is not yet what it will be
 _QUIET = 6.0  # times the noise of the speed: slower is rest
 

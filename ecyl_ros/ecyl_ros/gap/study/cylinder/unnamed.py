@@ -25,6 +25,7 @@ class Unnamed:
     Attributes:
         name: begins with ``x_law_``. port: where it acts. of: what it depends on, memory included.
         memory: whether it depends on what was (heat, travel since a reversal).
+        akin: catalogue effects that name the same in a form of theirs; naming them is no error.
         draw: values of a law's fields, without `law_`: size, offset, and per variable shape
             (a number), width and place.
     """
@@ -34,6 +35,7 @@ class Unnamed:
     of: tuple[str, ...]
     draw: Callable[[Draw], Values]
     memory: bool = False
+    akin: frozenset[str] = frozenset()
 
     @property
     def imposed(self) -> Imposed:
@@ -44,7 +46,7 @@ class Unnamed:
             for key, value in values.items():
                 setattr(machine, f"law_{key}", value)
 
-        return Imposed(self.name, BLOCKS[self.port], self.draw, impose)
+        return Imposed(self.name, BLOCKS[self.port], self.draw, impose, akin=self.akin)
 
 
 def _first(variable: str, shape: str, width: float, place: float = 0.0) -> Values:
@@ -210,6 +212,7 @@ _KINDS = [
             {"size": d.torque(0.04, 0.1), "offset": 0.6}
             | _first("rotor_angle", "sine", *_turn(d, int(d.one_of(3, 4, 6))))
         ),
+        akin=frozenset({"cogging_torque", "constant_load"}),
     ),
     _kind(
         "saturation",
@@ -265,6 +268,7 @@ _KINDS = [
             | _first("current", "line", d.scale.current_a)
             | _second("rotor_angle", "sine", *_turn(d, int(d.one_of(1, 2))))
         ),
+        akin=frozenset({"torque_ripple"}),
     ),
     _kind(
         "lossy_inverter",
@@ -317,6 +321,7 @@ _KINDS = [
         "rod_error",
         ("position",),
         lambda d: {"size": 10.0 ** d.within(-2.7, -2.2)} | _first("position", "sine", *_wave(d)),
+        akin=frozenset({"transmission_error"}),
     ),
     _kind(
         "current_reading_bends",
