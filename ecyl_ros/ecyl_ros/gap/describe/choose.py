@@ -2,7 +2,8 @@
 
 Every set of up to two variables competes, at every port that a balance speaks of, on stretches that
 it was not fitted to. A larger set has to predict better by more than chance moves the difference
-between stretches; among sets that cannot be told apart the one of fewer parameters stands.
+between stretches; among sets that cannot be told apart the one of fewer parameters stands. Where
+the loop can be replayed it has the last word, on all that come `near`.
 """
 
 from __future__ import annotations

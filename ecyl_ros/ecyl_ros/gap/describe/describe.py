@@ -1,10 +1,10 @@
 """`describe`: what nothing in the catalogue explains, as a law at a port, or nothing.
 
 1. What each balance of the drive leaves, the sheet free (`missing`).
-2. What it depends on, by prediction of stretches that were not fitted (`choose`), beyond chance
-   (`chance`).
-3. The law at every port that the balance speaks of, played in closed loop (`play`); the port that
-   brings the replay nearest stands.
+2. The sets of variables that predict it best on stretches that were not fitted (`choose`), beyond
+   chance (`chance`).
+3. These laws at every port that the balance speaks of, played in closed loop (`play`); set and port
+   that bring the replay nearest stand, of more variables only where they earn it.
 4. A law is described only where it takes as much off the gap on held-out stretches as an effect
    must remove to be named.
 """
@@ -111,25 +111,10 @@ def describe(
     if not candidates:
         return None
     candidates.sort(key=lambda one: (-len(_COVERS[one.port] & broken), one.begun.fitted))
-    sizes = sorted({len(one.guess.of) for one in candidates})
-    played: Played | None = None
     with ThreadPoolExecutor(threads) as pool:
-        for number, size in enumerate(sizes):
-            own = [one for one in candidates if len(one.guess.of) == size][:_PLAYED]
-            roughly = [
-                (play(fitter, one.guess, one.port, one.begun.pulls, pool.map, ROUGHLY), one)
-                for one in own
-            ]
-            tell(0.45 + 0.5 * (number + 0.5) / len(sizes))
-            nearest, nominee = min(roughly, key=lambda one: one[0].fitted)
-            if played is None or nearest.fitted < played.fitted:
-                closer = _closely(fitter, nearest, nominee, pool.map)
-                if played is None or earns(fitter, as_fit(closer), as_fit(played)):
-                    played, chosen, alike = closer, nominee, _alike(roughly, nearest, nominee)
-            tell(0.45 + 0.5 * (number + 1) / len(sizes))
-            if at_noise(fitter, played.judged):
-                break  # more variables are not needed
-    assert played is not None
+        played, chosen, alike = _in_loop(
+            fitter, candidates, pool.map, lambda share: tell(0.45 + 0.5 * share)
+        )
     null = competition.sheet
     if not (_earns(fitter, played, null) and _helps(fitter, played, null)):
         return None
@@ -140,6 +125,38 @@ def describe(
     if chance > LEVEL:
         return None
     return Described(_described(fitter, competition, played, chosen, motion, chance, alike), played)
+
+
+def _in_loop(
+    fitter: Fitter,
+    candidates: list[_Candidate],
+    side_by_side: Map,
+    tell: Callable[[float], None],
+) -> tuple[Played, _Candidate, tuple[str, ...]]:
+    """The law that brings the replay nearest, and the ports that it comes as near at.
+
+    candidates: the most promising first. Laws of few variables go first; more have to earn it, as a
+    further effect has to, on fitted and on held-out stretches.
+    """
+    found: tuple[Played, _Candidate, tuple[str, ...]] | None = None
+    sizes = sorted({len(one.guess.of) for one in candidates})
+    for number, size in enumerate(sizes):
+        own = [one for one in candidates if len(one.guess.of) == size][:_PLAYED]
+        roughly = [
+            (play(fitter, one.guess, one.port, one.begun.pulls, side_by_side, ROUGHLY), one)
+            for one in own
+        ]
+        tell((number + 0.5) / len(sizes))
+        nearest, chosen = min(roughly, key=lambda one: one[0].fitted)
+        if found is None or nearest.fitted < found[0].fitted:
+            closer = _closely(fitter, nearest, chosen, side_by_side)
+            if found is None or earns(fitter, as_fit(closer), as_fit(found[0])):
+                found = (closer, chosen, _alike(roughly, nearest, chosen))
+        tell((number + 1) / len(sizes))
+        if at_noise(fitter, found[0].judged):
+            break  # more variables are not needed
+    assert found is not None  # there is a candidate
+    return found
 
 
 def _closely(fitter: Fitter, nearest: Played, one: _Candidate, side_by_side: Map) -> Played:

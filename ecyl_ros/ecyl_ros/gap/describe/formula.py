@@ -60,6 +60,7 @@ def formula(law: Law, half: FloatArray) -> str | None:
         ]
     pool = [[("", "", np.ones(len(values)))], *pool]
     enough = np.maximum(_AS_WELL * float(np.sqrt(np.mean(values**2))), half / 1.96)
+    enough = np.maximum(enough, 1e-300)
     chosen: list[Term] = []
     while True:
         found, left = _fitted(chosen, values, enough)

@@ -46,8 +46,7 @@ class Regression:
             int64[blocks], its rows.
         values: float64[k], of the law. pulls: float64[p]. smooth: the weight chosen.
         freedom: effective number of parameters of the law.
-        stiff: what a unit of the values' roughness costs, where half the width of the sheet's
-            tolerances costs 4.
+        stiff: what a unit of the values' roughness costs, where a pull of 1 costs 4.
         covariance: float64[k, k], of the values.
     """
 
