@@ -97,10 +97,9 @@ class Choice:
         """Whether the set predicts enough of what the sheet alone leaves."""
         return self._explains(self.best)
 
-    @property
-    def every(self) -> tuple[Guess, ...]:
-        """All sets, the one that stands first."""
-        return (self.best, *self.rivals)
+    def beside(self, guess: Guess) -> list[Guess]:
+        """The sets of other variables than a guess, the one that stands first."""
+        return [one for one in (self.best, *self.rivals) if one.of != guess.of]
 
     @property
     def near(self) -> list[Guess]:
@@ -110,9 +109,10 @@ class Choice:
         to: sets with these and sets without go side by side, for the loop to tell.
         """
         found: list[Guess] = []
+        ranked = sorted((self.best, *self.rivals), key=lambda one: one.found.error)
         for size, answers in itertools.product(range(3), (False, True)):
             first: dict[tuple[str, tuple[str, ...]], Guess] = {}
-            for one in sorted(self.every, key=lambda one: one.found.error):
+            for one in ranked:
                 alike = len(one.of) == size and bool(set(one.of) & _ANSWERS) is answers
                 if alike and self._explains(one):
                     first.setdefault((one.kind, one.of), one)

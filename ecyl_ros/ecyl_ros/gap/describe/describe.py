@@ -116,12 +116,12 @@ def describe(
             fitter, candidates, pool.map, lambda share: tell(0.45 + 0.5 * share)
         )
     null = competition.sheet
-    if not (_earns(fitter, played, null) and _helps(fitter, played, null)):
+    if not (earns(fitter, as_fit(played), null) and _helps(fitter, played, null)):
         return None
     if any(one.names and one.judged <= played.judged for one in _named(competition)):
         return None  # a set of effects comes as near, unlike as it is
-    others = [one for one in chosen.choice.every if one.of != chosen.guess.of]
-    chance = probability(chosen.balance, [chosen.guess, *others[:4]])
+    rivals = chosen.choice.beside(chosen.guess)
+    chance = probability(chosen.balance, [chosen.guess, *rivals[:4]])
     if chance > LEVEL:
         return None
     return Described(_described(fitter, competition, played, chosen, motion, chance, alike), played)
@@ -162,8 +162,7 @@ def _in_loop(
 def _closely(fitter: Fitter, nearest: Played, one: _Candidate, side_by_side: Map) -> Played:
     """A law that was fitted roughly, as near as it goes."""
     begun = one.guess.with_values(np.array(nearest.law.values))
-    found = play(fitter, begun, one.port, nearest.pulls, side_by_side)
-    return found if found.fitted <= nearest.fitted else nearest
+    return play(fitter, begun, one.port, nearest.pulls, side_by_side)
 
 
 def _alike(
@@ -210,10 +209,6 @@ def as_fit(played: Played) -> Fit:
     return Fit({}, played.pulls, played.gap, played.fitted, played.judged, played.left)
 
 
-def _earns(fitter: Fitter, played: Played, null: Fit) -> bool:
-    return earns(fitter, as_fit(played), null)
-
-
 def _helps(fitter: Fitter, played: Played, null: Fit) -> bool:
     """Whether enough of the gap is gone, as an effect has to remove to be named."""
     if at_noise(fitter, played.judged):
@@ -249,7 +244,7 @@ def _described(
         part, gain = chosen.balance.parts[0]
         near = played_curve(fitter, nearest, law, guess, part.balance, gain)
         resembles = Resembled(name, misfit(nearest.left), misfit(played.left), near)
-    rivals = [one for one in chosen.choice.every if one.of != guess.of]
+    rivals = chosen.choice.beside(guess)
     course, points = _course(fitter, chosen, motion, played)
     return Description(
         law=law,

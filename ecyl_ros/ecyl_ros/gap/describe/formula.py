@@ -59,8 +59,8 @@ def formula(law: Law, half: FloatArray) -> str | None:
             for one, other in itertools.product(*forms)
         ]
     pool = [[("", "", np.ones(len(values)))], *pool]
-    enough = np.maximum(_AS_WELL * float(np.sqrt(np.mean(values**2))), half / 1.96)
-    enough = np.maximum(enough, 1e-300)
+    least = max(_AS_WELL * float(np.sqrt(np.mean(values**2))), 1e-300)
+    enough = np.maximum(least, half / 1.96)
     chosen: list[Term] = []
     while True:
         found, left = _fitted(chosen, values, enough)

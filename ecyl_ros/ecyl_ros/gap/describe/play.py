@@ -45,7 +45,7 @@ class Played:
         gap: float64[signals, n], what is left over the noise floor.
         fitted, judged, left: costs as those of a `Fit`.
         half: float64[values], half the width of the 95 % band of the law's values. pull_half:
-            float64[k], the same of the pulls.
+            float64[k], the same of the pulls. Of a law that was not fitted to its end 0 and inf.
     """
 
     law: Law
@@ -190,6 +190,8 @@ def play(
         values = [objective.value(seen(one.gap), where) for where, one in passed]
         reached, gap = passed[int(np.argmin(values))][0], passed[int(np.argmin(values))][1].gap
         best = min([best, *(one for _, one in passed)], key=lambda one: one.fitted)
+    if last is not EXACT:
+        return best  # a comparison needs no bands
     half, pull_half = _half_widths(best, slopes, along, rough, guess, fitter)
     return dataclasses.replace(best, half=half, pull_half=pull_half)
 

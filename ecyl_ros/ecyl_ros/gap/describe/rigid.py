@@ -230,7 +230,7 @@ def _description(
     rows = missing.rows
     values = missing.values - sheet
     points = [motion.variable(one, False, best.time_constant_s)[rows] for one in best.of]
-    rivals = [one for one in choice.rivals if one.of != best.of]
+    rivals = choice.beside(best)
     return Description(
         law=played,
         half=half,
