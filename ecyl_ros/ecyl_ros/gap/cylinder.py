@@ -22,6 +22,7 @@ from .fit.robust import misfit
 from .judge.clear import without_strained, without_unclear
 from .judge.coincidence import Coincidence, without_coincidence
 from .judge.constancy import Inconstancy, without_effects, without_stand_ins
+from .judge.hidden import without_hidden
 from .judge.intervals import intervals
 from .judge.tolerance import without_traces
 from .judge.verdict import (
@@ -124,8 +125,9 @@ def judged(
     competition, odd = without_stand_ins(competition, fitter)
     competition, alike = without_coincidence(competition, fitter)
     remarks = [_stand_in(one) for one in odd] + ([_coincide(alike)] if alike else [])
-    for sort_out in (without_strained, without_unclear, without_traces, _without_unsure):
-        competition, said = sort_out(competition, fitter)
+    hold = (without_hidden, without_strained, without_unclear, without_traces, _without_unsure)
+    for holding in hold:
+        competition, said = holding(competition, fitter)
         remarks += said
     return Judged(fitter, competition, closest, tuple(remarks), False, barred)
 
@@ -170,11 +172,11 @@ def assembled(found: Judged, source: str, drive_name: str) -> tuple[Diagnosis, F
 
     white = pooled(replay, np.ones(len(replay.signals)))
     before = in_all(nominal)
-    perfect = fitter.perfect_with(winner.values)
+    perfect = fitter.sound_with(winner)
     place = standing(competition, perfect)
     notes = [*replay.notes, *found.remarks]
     chain = _steps(fitter, competition) if winner.names else []
-    noise = fitter.noise_with(winner.values)
+    noise = fitter.noise_with(winner)
     floor = pooled(replay, noise)
     surplus = max(before - floor, 1e-12)
     causes, at_bounds = _causes(found, chain, place, in_all, surplus)
@@ -190,8 +192,9 @@ def assembled(found: Judged, source: str, drive_name: str) -> tuple[Diagnosis, F
         surplus = max(before - floor, 1e-12)
     elif floor > white:
         notes.append(
-            f"with {' and '.join(one.title for one in causes)} the loop makes more of the noise: "
-            f"a perfect model would leave {floor / white:.1f} times the noise of the sensors"
+            f"with {' and '.join(one.title for one in causes)} the loop makes more of the noise, "
+            "and of differences too small to show without: a perfect model would leave "
+            f"{floor / white:.1f} times the noise of the sensors"
         )
     final = winner if named else alone
     after = in_all(final)

@@ -30,8 +30,9 @@ from .diagnosis import (
     Series,
     SignalGap,
 )
-from .judge.verdict import NO_GAP_RATIO, verdict_of
+from .judge.verdict import verdict_of
 from .locate.conditions import shares
+from .replay.hidden import NO_GAP_RATIO
 from .rigid.balance import HELD_OUT_EVERY, stretch_length
 from .rigid.motion import Motion, motion_of
 

@@ -7,8 +7,9 @@ approach; only what comes near the best goes on.
 
 from __future__ import annotations
 
+import dataclasses
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from typing import TypeVar
 
@@ -37,6 +38,7 @@ _BETTER = 0.9  # of the cost of the sheet alone, from where another fit of it is
 _CLOSE = 2.0  # times the best cost: a runner-up that finer fits may still put first
 _SEARCHED_SETS = 3
 _FURTHER_SETS = 3  # searched besides where they promised less than the best search left
+_EXCHANGED = 6  # sets in which one effect is exchanged, and sets that are searched then
 _TOGETHER = 0.7  # of the cost alone: a set of two that promises to be a pair
 _KEPT_RESPONSES = 4  # further sets from responses added up
 _KEPT_JOINED = 4  # and from single effects in shares of their sizes
@@ -230,6 +232,55 @@ class Candidates:
         polished = self._afresh(self.polish([*searched[:1], *close]))
         rest = searched[len(polished) :] + glimpsed
         return sorted(polished + rest, key=lambda one: one.fitted)
+
+    def exchanged(self, sets: Sequence[Fit]) -> list[Fit]:
+        """`sets`, the best of them also with one effect exchanged for one like it; best first.
+
+        What comes nearest alone may stand for a true effect that is nearly like it, and keep it
+        away: that one shows itself once it begins upon the other effects of a set.
+        """
+        best = sets[0]
+        known = {frozenset(one.names) for one in sets}
+        promised: dict[frozenset[str], Promise] = {}
+        for one in self._promised_instead(sets):
+            key = frozenset(one.fit.names)
+            if key in known or one.score >= best.fitted:
+                continue
+            if key not in promised or one.score < promised[key].score:
+                promised[key] = one
+        order = sorted(promised.values(), key=lambda one: one.score)
+        found = self._searched(self._sized(order[:_EXCHANGED]))
+        if not found or found[0].fitted >= best.fitted:
+            return list(sets)
+        found[:1] = self._afresh(self.polish(found[:1]))
+        return sorted([*found, *sets], key=lambda one: one.fitted)
+
+    def _promised_instead(self, sets: Sequence[Fit]) -> Iterator[Promise]:
+        """What may come of the sets near the best with one of its effects exchanged."""
+        best = sets[0]
+        near = [one for one in sets if one.fitted < _CLOSE * best.fitted]
+        first = {frozenset(one.names): one for one in reversed(near)}
+        for name in best.names:
+            like = [one for one in self._promises.like(name, self.library) if one in self.names]
+            having = [one for one in first.values() if name in one.names]
+            for one in sorted(having, key=lambda one: one.fitted)[:_EXCHANGED]:
+                rest = self._rest(one, name)
+                others = [other for other in like if other not in one.names]
+                yield from self._promises.best(rest, self.starts(rest, others, _STARTS_IN_SETS))
+
+    def _rest(self, fit: Fit, name: str) -> Fit:
+        """A fit less one of its effects, the others as they are, with their derivatives."""
+        rest = self.fitter.without(fit, [name])
+        if fit.jacobian is None:
+            return rest
+        kept = [row for row, one in enumerate(fit.coordinates) if one.effect != name]
+        rows = [*kept, *range(len(fit.coordinates), len(fit.jacobian))]
+        return dataclasses.replace(
+            rest,
+            coordinates=tuple(fit.coordinates[row] for row in kept),
+            pulled=fit.pulled,
+            jacobian=fit.jacobian[rows],
+        )
 
     def _more_together(self, sets: Sequence[Fit]) -> list[Fit]:
         """The sets of two that come to far more than either effect alone, most of all first."""

@@ -8,7 +8,8 @@
 3. Where one effect does not bring the model to the noise floor, sets of two and three are tried:
    candidates come from the responses already at hand, added up with free sizes, from fresh starts
    on what the best single effects leave, and from these in shares of the sizes they have alone. In
-   the best of them, finer forms of its effects begin again.
+   the best set of two, each effect is exchanged for those that it is like; in the best of all,
+   finer forms of its effects begin again.
 4. An effect stays in a set only if leaving it out costs clearly more than it adds in freedom.
 """
 
@@ -92,6 +93,9 @@ def _compete(field: Candidates, nominal: Fit, report: Report) -> Competition:
         fitter.test_floor(fitted[0])
         pool += fitted
         best = field.settled(field.simplified(fitted[0]))
+        if size == 2 and not at_noise(fitter, best):
+            fitted = field.exchanged([best, *fitted])
+            best = fitted[0] if fitted[0] is best else field.settled(field.simplified(fitted[0]))
         if not at_noise(fitter, best):
             best = field.finer(best)
         if not earns(fitter, best, winner):

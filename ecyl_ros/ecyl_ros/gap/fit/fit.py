@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter1d
 
+from ..replay.hidden import Hidden
 from ..replay.replay import BoolArray, FloatArray, Replay
 from ..sheet import Sheet
 from .coordinate import Coordinate, is_phase, quantities
@@ -26,6 +27,7 @@ from .torque_scale import TorqueScale
 
 Values = dict[str, dict[str, float]]  # {effect: {parameter: value}}
 
+_ALMOST = 1.05  # times a perfect model's misfit: what leaves no more needs no excuse
 _NOISIEST = 4.0  # times a perfect model's misfit: no effect excuses more
 _REFUTED = 0.5  # of a perfect model's cost: one draw of impacts hardly leaves twice another's
 _AMPLIFIED = 1.2  # times a perfect model's misfit: from here on noise counts as amplified
@@ -95,6 +97,7 @@ class Fitter:
         self.held = held & replay.usable
         self.rows = ~held & replay.usable
         self.perfect = self._perfect()
+        self._sound: tuple[Fit, float] | None = None
 
     def _perfect(self) -> float:
         """Robust misfit of a perfect model: 0.92 for white noise at the floor."""
@@ -127,15 +130,44 @@ class Fitter:
         most = _NOISIEST * self.perfect
         return min(max(self.perfect, math.sqrt(left)), most) if math.isfinite(left) else most
 
-    def noise_with(self, values: Values) -> FloatArray:
-        """RMS of what noise alone leaves of each signal on the held-out stretches, in floors.
+    @cached_property
+    def hidden(self) -> Hidden:
+        """What the nominal replay does not show."""
+        return Hidden(self.replay)
 
-        float64[signals]: 1, but where it is clearly more on its way round the loop.
+    def sound_with(self, fit: Fit) -> float:
+        """Robust misfit of a sound machine with a fit's effects, no less than `perfect_with`.
+
+        Its constants are off by what the nominal replay does not show; looked for only where the
+        fit leaves more than a perfect model.
         """
-        if self.perfect_with(values) <= _AMPLIFIED * self.perfect:
+        if self._sound is None or self._sound[0] is not fit:
+            self._sound = fit, self._sound_with(fit)
+        return self._sound[1]
+
+    def _sound_with(self, fit: Fit) -> float:
+        perfect = self.perfect_with(fit.values)
+        if not fit.names or math.sqrt(fit.left) <= _ALMOST * perfect:
+            return perfect
+        noise = self.replay.healthy_with(fit.values)
+        costs = [cost(one + noise, self.replay.usable) for one in self._unseen(fit)]
+        return min(max(perfect, math.sqrt(np.mean(costs))), _NOISIEST * self.perfect)
+
+    def _unseen(self, fit: Fit) -> FloatArray:
+        return self.hidden.left_with(fit.values, self.sheet.constants(fit.pulls))
+
+    def noise_with(self, fit: Fit) -> FloatArray:
+        """RMS of what a sound machine leaves of each signal on the held-out stretches, in floors.
+
+        float64[signals]: 1, but where a fit's effects make clearly more of the noise, or of
+        differences that the nominal replay does not show.
+        """
+        if self.sound_with(fit) <= _AMPLIFIED * self.perfect:
             return np.ones(len(self.replay.signals))
-        healthy = self.replay.healthy_with(values)[:, self.held]
-        rms: FloatArray = np.maximum(1.0, np.sqrt(np.mean(healthy**2, axis=1)))
+        healthy = self.replay.healthy_with(fit.values)[:, self.held]
+        square = np.mean(healthy**2, axis=1)
+        square += np.mean(self._unseen(fit)[:, :, self.held] ** 2, axis=(0, 2))
+        rms: FloatArray = np.maximum(1.0, np.sqrt(square))
         return np.minimum(rms, _NOISIEST)
 
     def evaluate(

@@ -22,6 +22,8 @@ from .robust import robust_mean_square, robust_weights
 _DAMPING = (0.0, 1e-2, 0.1, 1.0, 10.0)
 _KEPT_PROMISE = 0.75  # share of the promised fall from which derivatives that last are kept
 _GOOD_STEP = 0.25  # share of the promised fall from which the next damping is not tried
+_SLOW = 0.5  # of the last step's promise: near its end a fit promises less and less
+_LONGEST = 64.0  # times a step, doubled as long as that leaves less
 
 Map = Callable[[Callable[[int], FloatArray], Iterable[int]], Iterable[FloatArray]]
 
@@ -100,7 +102,7 @@ def descend(
     residual = objective.tried(point)
     value = objective.value(residual, point)
     fleeting = [one for one in wanted if one not in lasting]
-    fresh = True
+    fresh, before = True, math.inf
     for _ in range(most):
         todo = wanted if fresh else fleeting
         _differentiate(objective, point, residual, slopes, todo, differences)
@@ -119,9 +121,34 @@ def descend(
                 break
         if gained <= least and (fresh or promised <= least):
             return True
+        if gained > 0.0 and promised > _SLOW * before:
+            there, left = _further(objective, point, there, left)
+            gained = value - objective.value(left, there)
+        before = promised
         fresh = gained < _KEPT_PROMISE * promised
         point, residual, value = there, left, value - gained
     return False
+
+
+def _further(
+    objective: Objective, point: FloatArray, there: FloatArray, left: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """The best of longer steps the same way, and its residual.
+
+    Spikes in a derivative that do not overlap those that are left make its curvature too large:
+    step after step is too short.
+    """
+    step, value = there - point, objective.value(left, there)
+    length = 2.0
+    while length <= _LONGEST:
+        moved = np.clip(point + length * step, objective.low, objective.high)
+        after = objective.tried(moved)
+        other = objective.value(after, moved)
+        if not other < value:
+            break
+        there, left, value = moved, after, other
+        length *= 2.0
+    return there, left
 
 
 def _differentiate(

@@ -75,9 +75,7 @@ def inconstancies(fit: Fit, fitter: Fitter) -> list[Inconstancy]:
     """For each effect of a fit the condition that its size changes most with, worst first."""
     replay = fitter.replay
     usable = replay.usable
-    surplus = (
-        float(robust_squares(fit.gap[:, usable]).mean()) - fitter.perfect_with(fit.values) ** 2
-    )
+    surplus = float(robust_squares(fit.gap[:, usable]).mean()) - fitter.sound_with(fit) ** 2
     if surplus <= 0.0:
         return []
     parts = list(conditions(replay))
@@ -108,7 +106,7 @@ def without_stand_ins(
 ) -> tuple[Competition, tuple[Inconstancy, ...]]:
     """The competition with stand-ins taken out of its winner, and what gave them away."""
     winner = competition.winner
-    if not winner.names or misfit(winner.judged) <= _STRUCTURE * fitter.perfect_with(winner.values):
+    if not winner.names or misfit(winner.judged) <= _STRUCTURE * fitter.sound_with(winner):
         return competition, ()
     odd = tuple(one for one in inconstancies(winner, fitter) if one.gain > _STAND_IN)
     if not odd:

@@ -13,9 +13,9 @@ from ..compete.compete import Competition
 from ..diagnosis import Candidate, Cause, FittedParameter
 from ..fit.fit import Fit
 from ..fit.robust import cost, misfit
+from ..replay.hidden import NO_GAP_RATIO
 from ..replay.replay import BoolArray, FloatArray, Replay
 
-NO_GAP_RATIO = 1.15  # no signal stands higher over its floor, or over what a perfect model leaves
 STRUCTURELESS = 1.3  # robust misfit over that of a perfect model
 EXPLAINED_SHRINK = 0.9
 HELPS = 0.5  # share of the gap that must be gone for anything to be named

@@ -18,7 +18,7 @@ import numpy as np
 from ...effects.catalogue import CATALOGUE
 from ..compete.earn import AT_FLOOR, LEAST, WORTH
 from ..compete.strain import STRAINED, UNSEEN, effect_of
-from ..judge.verdict import NO_GAP_RATIO
+from ..replay.hidden import NO_GAP_RATIO
 from ..replay.replay import BoolArray, FloatArray
 from .columns import Base
 from .loss import weights

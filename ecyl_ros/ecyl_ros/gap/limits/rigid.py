@@ -17,7 +17,7 @@ import numpy as np
 from ...effects.catalogue import RIGID
 from ...effects.term import Term
 from ..compete.strain import STRAINED
-from ..judge.verdict import NO_GAP_RATIO
+from ..replay.hidden import NO_GAP_RATIO
 from ..rigid.balance import Balance
 from ..rigid.sets import HELD_SURE, LEAST_GAIN, SURE, Sets
 from ..rigid.solution import Solution

@@ -11,7 +11,7 @@ from ..fit.fit import Fit, Fitter
 from ..fit.stages import COARSE, FINE, MEDIUM
 from ..judge.clear import unclear
 from ..judge.intervals import intervals
-from ..judge.verdict import NO_GAP_RATIO
+from ..replay.hidden import NO_GAP_RATIO
 from .checks import check_one_machine, with_differences
 from .joined_replay import JoinedReplay
 from .of_recording import OwnValue

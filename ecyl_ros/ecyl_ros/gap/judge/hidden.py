@@ -1,0 +1,39 @@
+"""Causes that would not show by themselves, beside one that makes much of what does not show.
+
+A loop at the edge of stability, or a load that rattles, makes floors of differences that every
+sound machine has. A second effect that takes these up, but is itself below what the floor of the
+nominal replay hides, is one of them.
+"""
+
+from __future__ import annotations
+
+from ...effects.catalogue import CATALOGUE
+from ..compete.compete import Competition
+from ..compete.earn import AT_FLOOR, EXCUSED, gone
+from ..fit.fit import Fitter
+from ..fit.robust import misfit
+from .constancy import without_effects
+
+
+def without_hidden(competition: Competition, fitter: Fitter) -> tuple[Competition, list[str]]:
+    """The competition without causes that the floor hides, and what to say of them.
+
+    They stay where what is left without them is more than a sound machine leaves.
+    """
+    winner = competition.winner
+    if len(winner.names) < 2:
+        return competition, []
+    small = [name for name in winner.names if fitter.hidden.small({name: winner.values[name]})]
+    if not 0 < len(small) < len(winner.names):
+        return competition, []
+    found = without_effects(competition, fitter, small)
+    rest = found.winner
+    excused = misfit(rest.left) <= AT_FLOOR * fitter.sound_with(rest)
+    if not rest.names or not excused or gone(fitter, rest) < EXCUSED:
+        return competition, []
+    titles = " and ".join(CATALOGUE[one].title for one in rest.names)
+    return found, [
+        f"{CATALOGUE[name].title} would come nearer, but so little of it that it would not show "
+        f"without {titles}"
+        for name in small
+    ]
