@@ -38,7 +38,8 @@ _BETTER = 0.9  # of the cost of the sheet alone, from where another fit of it is
 _CLOSE = 2.0  # times the best cost: a runner-up that finer fits may still put first
 _SEARCHED_SETS = 3
 _FURTHER_SETS = 3  # searched besides where they promised less than the best search left
-_EXCHANGED = 6  # sets in which one effect is exchanged, and sets that are searched then
+_EXCHANGED = 6  # sets without their leader, and sets that are searched then
+_RUNNERS_UP = 5  # alone, that take its place
 _TOGETHER = 0.7  # of the cost alone: a set of two that promises to be a pair
 _KEPT_RESPONSES = 4  # further sets from responses added up
 _KEPT_JOINED = 4  # and from single effects in shares of their sizes
@@ -234,15 +235,15 @@ class Candidates:
         return sorted(polished + rest, key=lambda one: one.fitted)
 
     def exchanged(self, sets: Sequence[Fit]) -> list[Fit]:
-        """`sets`, the best of them also with one effect exchanged for one like it; best first.
+        """Sets of two, those near the best also with another effect in the leader's place.
 
-        What comes nearest alone may stand for a true effect that is nearly like it, and keep it
-        away: that one shows itself once it begins upon the other effects of a set.
+        Best first. The leader, what comes nearest alone, may stand for a true effect that is nearly
+        like it, and keep it away: that one shows itself once it begins upon the other effect.
         """
         best = sets[0]
         known = {frozenset(one.names) for one in sets}
         promised: dict[frozenset[str], Promise] = {}
-        for one in self._promised_instead(sets):
+        for one in self._without_leader(sets):
             key = frozenset(one.fit.names)
             if key in known or one.score >= best.fitted:
                 continue
@@ -255,18 +256,25 @@ class Candidates:
         found[:1] = self._afresh(self.polish(found[:1]))
         return sorted([*found, *sets], key=lambda one: one.fitted)
 
-    def _promised_instead(self, sets: Sequence[Fit]) -> Iterator[Promise]:
-        """What may come of the sets near the best with one of its effects exchanged."""
-        best = sets[0]
-        near = [one for one in sets if one.fitted < _CLOSE * best.fitted]
-        first = {frozenset(one.names): one for one in reversed(near)}
-        for name in best.names:
-            like = [one for one in self._promises.like(name, self.library) if one in self.names]
-            having = [one for one in first.values() if name in one.names]
-            for one in sorted(having, key=lambda one: one.fitted)[:_EXCHANGED]:
-                rest = self._rest(one, name)
-                others = [other for other in like if other not in one.names]
-                yield from self._promises.best(rest, self.starts(rest, others, _STARTS_IN_SETS))
+    def _without_leader(self, sets: Sequence[Fit]) -> Iterator[Promise]:
+        """What the next best alone may come to in the leader's place, in each set near the best."""
+        alone = self._alone()
+        leader, *others = sorted(alone, key=lambda name: alone[name])
+        near = [one for one in sets if leader in one.names]
+        near = [one for one in near if one.fitted < _CLOSE * sets[0].fitted]
+        having = {frozenset(one.names): one for one in reversed(near)}.values()
+        for one in sorted(having, key=lambda one: one.fitted)[:_EXCHANGED]:
+            rest = self._rest(one, leader)
+            names = [other for other in others[:_RUNNERS_UP] if other not in one.names]
+            yield from self._promises.best(rest, self.starts(rest, names, _STARTS_IN_SETS))
+
+    def _alone(self) -> dict[str, float]:
+        """The least cost that each effect alone came to."""
+        alone: dict[str, float] = {}
+        for single in self.library:
+            (name,) = single.names
+            alone[name] = min(single.fitted, alone.get(name, math.inf))
+        return alone
 
     def _rest(self, fit: Fit, name: str) -> Fit:
         """A fit less one of its effects, the others as they are, with their derivatives."""
@@ -284,10 +292,7 @@ class Candidates:
 
     def _more_together(self, sets: Sequence[Fit]) -> list[Fit]:
         """The sets of two that come to far more than either effect alone, most of all first."""
-        alone: dict[str, float] = {}
-        for single in self.library:
-            (name,) = single.names
-            alone[name] = min(single.fitted, alone.get(name, math.inf))
+        alone = self._alone()
 
         def share(one: Fit) -> float:
             return one.fitted / min(alone.get(name, self.null.fitted) for name in one.names)

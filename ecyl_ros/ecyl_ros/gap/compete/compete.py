@@ -8,8 +8,8 @@
 3. Where one effect does not bring the model to the noise floor, sets of two and three are tried:
    candidates come from the responses already at hand, added up with free sizes, from fresh starts
    on what the best single effects leave, and from these in shares of the sizes they have alone. In
-   the best set of two, each effect is exchanged for those that it is like; in the best of all,
-   finer forms of its effects begin again.
+   sets of two the next best alone are tried in the place of what is best alone; in the best of
+   all, finer forms of its effects begin again.
 4. An effect stays in a set only if leaving it out costs clearly more than it adds in freedom.
 """
 

@@ -19,7 +19,6 @@ from ..replay.replay import FloatArray
 from .joint import resized
 
 _STRIDE = 5  # responses are added up on every fifth sample
-_LIKE = 0.4  # correlation of two responses from which one may stand for the other
 _LARGEST = 5.0  # times a start that its response may suggest
 
 
@@ -118,27 +117,6 @@ class Promises:
                         {**resized(first, a, drive), **resized(second, b, drive)},
                     )
         return sorted(found.values(), key=lambda pair: pair[0])[:most]
-
-    def like(self, effect: str, library: Sequence[Fit]) -> list[str]:
-        """Effects whose response is nearly that of `effect`, the likest first.
-
-        library: starts and fits of single effects upon the sheet alone.
-        """
-        upon = self.upon(self.null)
-        own = [one for one in library if one.names == (effect,)]
-        if not own:
-            return []
-        wanted = upon.response(min(own, key=lambda one: one.fitted))
-        found: dict[str, float] = {}
-        for one in library:
-            (name,) = one.names
-            if name != effect:
-                response = upon.response(one)
-                norms = float(response @ response) * float(wanted @ wanted)
-                alike = abs(float(response @ wanted)) / math.sqrt(norms) if norms > 0.0 else 0.0
-                found[name] = max(found.get(name, 0.0), alike)
-        order = sorted(found, key=lambda name: -found[name])
-        return [name for name in order if found[name] >= _LIKE]
 
     def basis(self, fit: Fit) -> FloatArray:
         """Orthonormal directions in which the fit can still move, each in the form of `thin`.
