@@ -50,6 +50,38 @@ def test_the_same_table_in_many_spellings(tmp_path: Path, text: str) -> None:
     np.testing.assert_allclose(mapped(tmp_path / "a.csv"), [1e-3, 2.5e-3, -3e-3], rtol=1e-15)
 
 
+def test_metadata_in_cells_above_a_table_are_no_rows(tmp_path: Path) -> None:
+    """Pairs of label and value as a data acquisition writes them; the second column of instants
+    has the first one's name, and the labels of the line of units are no units."""
+    above = (
+        "Timestamp,2020-03-16 17:04:51,Timestamp,2020-03-16 17:04:51\n"
+        "Interval,0.0005,Interval,0.0005\n"
+        'Channel name,"pos",Channel name,"force"\n'
+        "Unit,mm,Unit,V\n"
+    )
+    rows = "".join(f"{0.5 * i},{i},{0.5 * i},{2 * i}\n" for i in range(20))
+    (tmp_path / "a.csv").write_text(above + rows)
+    tree = {
+        "time": {"field": "Channel name", "unit": "ms"},
+        "signals": {"rod_position": "pos", "voltage_q": "force"},
+    }
+    recording = read_mapped(tmp_path / "a.csv", parse_map(tree, "m"))
+    np.testing.assert_allclose(recording.rod_position_m, 1e-3 * np.arange(20), rtol=1e-12)
+    np.testing.assert_allclose(recording.voltage_q_v, 2.0 * np.arange(20), rtol=1e-12)
+    assert np.diff(recording.stamp_ns)[0] == 500_000
+    assert any("is read as Channel name.1" in note for note in recording.notes)
+
+
+def test_columns_of_one_name_are_numbered(tmp_path: Path) -> None:
+    """The third of three columns called pos is pos.2, and instants may be called by their unit."""
+    rows = "".join(f"{0.5 * i},0,1,{i}\n" for i in range(20))
+    (tmp_path / "a.csv").write_text("Time,A,B,C\nms,pos,pos,pos\n" + rows)
+    tree = {"signals": {"rod_position": {"field": "pos.2", "unit": "mm"}}}
+    recording = read_mapped(tmp_path / "a.csv", parse_map(tree, "m"))
+    np.testing.assert_allclose(recording.rod_position_m, 1e-3 * np.arange(20), rtol=1e-12)
+    assert np.diff(recording.stamp_ns)[0] == 500_000
+
+
 @pytest.mark.parametrize(
     ("before", "header", "left_out"),
     [
@@ -140,7 +172,7 @@ def test_without_a_map_a_foreign_table_asks_for_one(tmp_path: Path) -> None:
         ("t,x\n0,1\n", {}, "no column pos; found t, x"),
         ("a,pos\n0,1\n", {}, "no column of"),
         ("t,pos\n0,1\n1,2\n", {"time": "when"}, "no column when"),
-        ("t,t\n0,1\n", {}, "two columns are called t"),
+        ("t,pos,pos.1,pos\n0,1,1,1\n", {}, "two columns are called pos.1"),
         ("", {}, "is empty"),
         ("t,pos\n,1\n,2\n", {}, "no row has a number in t"),
         ("t,pos\n1e12,1\n2e12,2\n", {}, "expected a time"),

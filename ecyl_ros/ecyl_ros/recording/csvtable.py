@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import re
+from collections import Counter
 from collections.abc import Collection, Iterator
 from pathlib import Path
 from typing import Any
@@ -24,7 +25,13 @@ _POINT_NUMBER = re.compile(r"[+-]?\d*\.\d+([eE][+-]?\d+)?$")
 _COMMENTS = ("#", "%", "//")
 _LOOKED_AT = 200  # lines, for the delimiter and the decimal sign
 _ENOUGH = 6  # lines that show which of them are rows
+_UNIT_LABELS = ("unit", "units")
 _MISSING = ["", "nan", "NaN", "NAN", "NA", "N/A", "null", "None", "-", "--"]
+
+
+def _is_unit(cell: str) -> bool:
+    word = cell.strip("[]() ")
+    return dimension_of(word) is not None or word.lower() in _UNIT_LABELS
 
 
 class CsvTable:
@@ -142,11 +149,27 @@ class CsvTable:
                 f"{self.path}: {len(self.names)} columns, expected {_MOST_COLUMNS} at most"
             )
         self.names = [name or f"column_{i + 1}" for i, name in enumerate(self.names)]
-        twice = [name for i, name in enumerate(self.names) if name in self.names[:i]]
-        if twice:
-            raise InputError(f"{self.path}: two columns are called {twice[0][:60]}")
+        self._tell_apart()
         self._start = lines[begins][0] if begins < len(lines) else len(head)
         self._first_line = lines[begins][1] + 1 if begins < len(lines) else line_number + 1
+
+    def _tell_apart(self) -> None:
+        """Number columns of one name, as pandas does: torque, torque.1, torque.2."""
+        seen: Counter[str] = Counter()
+        names: list[str] = []
+        for name in self.names:
+            told = f"{name}.{seen[name]}" if seen[name] else name
+            seen[name] += 1
+            if told in names or (told != name and told in self.names):
+                raise InputError(f"{self.path}: two columns are called {told[:60]}")
+            names.append(told)
+        twice = [name for name, count in seen.items() if count > 1]
+        if twice:
+            self.notes += (
+                f"{self.path}: {seen[twice[0]]} columns are called {twice[0][:40]}: the second is "
+                f"read as {twice[0][:40]}.1, and so on",
+            )
+        self.names = names
 
     def _before_the_table(self, texts: list[str]) -> int:
         """How many lines that are no comments stand before the header.
@@ -167,12 +190,18 @@ class CsvTable:
             return 0
         header = first - 1
         cells = self._cells(texts[header])
-        units = [dimension_of(cell.strip("[]() ")) is not None for cell in cells if cell]
+        units = [_is_unit(cell) for cell in cells if cell]
         if header > 0 and len(self._cells(texts[header - 1])) == width and all(units):
             header -= 1
         told = len(self._cells(texts[header])) == width
-        known = any(self._is_row(text, width) for text in texts[:header])
+        # Metadata hold words where rows hold numbers.
+        rows_hold = self._values_in(texts[first])
+        known = any(self._values_in(text) == rows_hold for text in texts[:header])
         return header if told and not known else 0
+
+    def _values_in(self, text: str) -> list[bool]:
+        """Which cells of a line hold a value."""
+        return [self._is_value(cell) for cell in self._cells(text)]
 
     def _is_row(self, text: str, width: int) -> bool:
         cells = self._cells(text)
@@ -208,7 +237,8 @@ class CsvTable:
 
     def _take_units(self, cells: list[str]) -> None:
         named = zip(self.names, cells, strict=True)
-        self.units = {name: cell.strip("[]() ") for name, cell in named if cell}
+        told = ((name, cell.strip("[]() ")) for name, cell in named)
+        self.units = {name: unit for name, unit in told if unit.lower() not in ("", *_UNIT_LABELS)}
 
     def _cells(self, line: str) -> list[str]:
         if self.delimiter == " ":
