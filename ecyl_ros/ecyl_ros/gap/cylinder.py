@@ -125,6 +125,11 @@ def judged(
     competition, odd = without_stand_ins(competition, fitter)
     competition, alike = without_coincidence(competition, fitter)
     remarks = [_stand_in(one) for one in odd] + ([_coincide(alike)] if alike else [])
+    if competition.unsearched:
+        remarks.append(
+            f"sets of {competition.unsearched} causes were not searched: replays of this drive "
+            "cost too much"
+        )
     hold = (without_hidden, without_strained, without_unclear, without_traces, _without_unsure)
     for holding in hold:
         competition, said = holding(competition, fitter)

@@ -29,6 +29,7 @@ FloatArray = NDArray[np.float64]
 # different ones. Calibrated with the sealed study: the square of a misfit that falls by 4 %, the
 # least that an effect has to remove, is then worth as much as a constant at twice its tolerance.
 EVIDENCE_PER_S = 25.0
+PULL_PRICE = 4.0  # of a pull, times its square: a tolerance is two standard deviations
 _LEAD, _FEED = "transmission.lead", "controller.feed_scale"
 _DAMPING, _DAMPING_RATIO = "transmission.contact_damping", 0.1
 _FAR = 50.0  # tolerances that a pull may reach, and factor that a constant may change by
@@ -123,7 +124,7 @@ class Sheet:
 
     def price(self, pulls: FloatArray) -> float:
         """What leaving the sheet costs: the sum of (2 pull)^2."""
-        return float(4.0 * pulls @ pulls)
+        return float(PULL_PRICE * pulls @ pulls)
 
     def priced(self, cost: float, pulls: FloatArray) -> float:
         """A mean square, raised by the price of its pulls.

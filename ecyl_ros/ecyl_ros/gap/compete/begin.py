@@ -46,7 +46,7 @@ class Beginnings:
             if name in base.values:
                 continue
             for rank, start in enumerate(CATALOGUE[name].starts(evidence)[:most]):
-                if _possible(name, start):
+                if possible(name, start):
                     jobs.append((name, dict(start), rank == 0))
                     if rank == 0 and PHASE not in start:
                         small = CATALOGUE[name].scaled(start, _SMALL, self.fitter.replay.drive)
@@ -79,7 +79,7 @@ class Beginnings:
             away[one.row] = one.pull
             off = float(sheet.values(away)[one.row] - sheet.nominal[one.row])
             value = {effect.parameters[0].name: effect.neutral(drive) + off}
-            if _possible(name, value):
+            if possible(name, value):
                 found.append(self.fitter.evaluate({**one.values, name: value}, one.pulls))
         return found
 
@@ -109,7 +109,8 @@ class Beginnings:
         return min(tried, key=lambda one: upon.promise(one).score)
 
 
-def _possible(name: str, start: object) -> bool:
+def possible(name: str, start: object) -> bool:
+    """Whether a start lies within what an effect's parameters may be."""
     values = dict(start)  # type: ignore[call-overload]
     for quantity in CATALOGUE[name].parameters:
         value = values.get(quantity.name, quantity.default)

@@ -19,6 +19,7 @@ from ..fit.fit import Fit, Fitter
 from ..fit.robust import misfit
 from ..fit.stages import MEDIUM
 from .begin import Beginnings
+from .chained import chained
 from .earn import AT_FLOOR, at_noise, earns
 from .joint import joined
 from .promise import Promise, Promises
@@ -43,7 +44,10 @@ _RUNNERS_UP = 5  # alone, that take its place
 _TOGETHER = 0.7  # of the cost alone: a set of two that promises to be a pair
 _KEPT_RESPONSES = 4  # further sets from responses added up
 _KEPT_JOINED = 4  # and from single effects in shares of their sizes
+_KEPT_CHAINED = 2  # and from the balance of torque
 _SHAKEN_LOOSE = 0.8  # times the least cost of a silent replay
+# Work of replays for each second of the recording: a minute on two cores for the usual 12 s.
+_ENOUGH_WORK_PER_S = 2.2e8
 _SHEET_STEPS = 12  # of the sheet alone at the most, in each stage
 
 Job = TypeVar("Job")
@@ -83,6 +87,15 @@ class Candidates:
             return False
         self._found_null(found)
         return True
+
+    def costly(self) -> bool:
+        """Whether as much was replayed as sets of three should wait for.
+
+        What a replay costs goes by the rate of the drive, by how stiff it is, and by effects that
+        are stiffer still: an inverter's dead time in small currents takes a dozen parts of a step.
+        """
+        replay = self.fitter.replay
+        return replay.work > _ENOUGH_WORK_PER_S * float(replay.time_s[-1])
 
     def map(self, work: Callable[[Job], Found], jobs: Iterable[Job]) -> list[Found]:
         """Do work side by side."""
@@ -169,8 +182,8 @@ class Candidates:
     def larger(self, firsts: Sequence[Fit], singles: Sequence[Fit]) -> list[Fit]:
         """Sets with one effect more than `firsts` have, fitted; best first.
 
-        Upon each of `firsts`; sets of two also from responses added up, and from `singles` in
-        shares of the sizes they have alone.
+        Upon each of `firsts`; sets of two also from responses added up, from `singles` in shares
+        of the sizes they have alone, and from the balance of torque.
         """
         least = min(one.fitted for one in firsts)
         sets, promised = self._upon([one for one in firsts if one.fitted <= _BEHIND * least])
@@ -183,6 +196,7 @@ class Candidates:
             # Causes that hide each other stand in for each other: both come near alone.
             near = [one for one in singles if one.fitted <= _BEHIND * singles[0].fitted]
             both = joined(self.fitter, near, self.map)[:_KEPT_JOINED]
+            both += chained(self.fitter, self.null, self.names, self.map)[:_KEPT_CHAINED]
             sets += both
             promised += [one.fitted for one in both]
         return self._best_of(sets, promised)

@@ -43,6 +43,8 @@ class Competition:
         winner: the set that is named, or the nominal model if none earned its place.
         rivals: the best sets of the winner's size that hold another effect, best first.
         leave_one_out: for each effect of the winner, the best fit without it.
+        unsearched: how many effects the sets have that were not searched any more, because the
+            replays of this recording cost too much; 0 where all were.
     """
 
     nominal: Fit
@@ -51,6 +53,7 @@ class Competition:
     winner: Fit
     rivals: tuple[Fit, ...]
     leave_one_out: dict[str, Fit]
+    unsearched: int = 0
 
 
 def compete(fitter: Fitter, nominal: Fit, names: Sequence[str], report: Report) -> Competition:
@@ -85,8 +88,11 @@ def _compete(field: Candidates, nominal: Fit, report: Report) -> Competition:
         winner = best
         rivals = [one for one in singles if one.names != best.names]
     firsts = [best, *(one for one in singles if one.names != best.names)][:_FIRSTS]
-    size = 2
+    size, unsearched = 2, 0
     while not at_noise(fitter, best) and size <= _MOST_EFFECTS and firsts:
+        if size > 2 and field.costly():
+            unsearched = size
+            break
         report(f"sets of {size}", 0.5 + 0.1 * size)
         fitted = field.larger(firsts, singles)
         report(f"sets of {size}", 0.6 + 0.1 * size)
@@ -106,7 +112,7 @@ def _compete(field: Candidates, nominal: Fit, report: Report) -> Competition:
         size += 1
     winner, without = _pruned(field, field.settled(winner), pool)
     rivals.sort(key=lambda one: one.judged)
-    return Competition(nominal, null, tuple(singles), winner, tuple(rivals), without)
+    return Competition(nominal, null, tuple(singles), winner, tuple(rivals), without, unsearched)
 
 
 def _pruned(field: Candidates, winner: Fit, pool: Sequence[Fit]) -> tuple[Fit, dict[str, Fit]]:

@@ -17,6 +17,7 @@ from ..fit.fit import Fit, Fitter, Values
 from ..fit.gram import weighted_products
 from ..fit.robust import robust_weights
 from ..replay.replay import FloatArray
+from ..sheet import PULL_PRICE
 
 # The square of a normal variable by chance: 1 of 2000 sound constants saves more.
 STRAINED = 12.0
@@ -48,17 +49,17 @@ def strains(fit: Fit, fitter: Fitter) -> list[Strain]:
     residual = fit.gap[:, fitter.rows].ravel()
     weight = robust_weights(residual)
     pieces = fitter.sheet.evidence / max(float(weight @ residual**2), float(residual.size))
-    price = np.diag([0.0] * first + [4.0] * len(fit.pulled))
+    price = np.diag([0.0] * first + [PULL_PRICE] * len(fit.pulled))
     curvature = pieces * weighted_products(fit.jacobian, weight, residual)[0] + price
     inverse = np.linalg.pinv(curvature, rcond=1e-12, hermitian=True)
     found = []
     for index, row in enumerate(fit.pulled, first):
         # What the recording says of it, as a share of what it and the sheet say together.
-        seen = 1.0 - 4.0 * float(inverse[index, index])
+        seen = 1.0 - PULL_PRICE * float(inverse[index, index])
         if seen <= UNSEEN:
             continue
         pull = float(fit.pulls[row])
-        moved = inverse[:, index] * 4.0 * pull / seen
+        moved = inverse[:, index] * PULL_PRICE * pull / seen
         values = {name: dict(given) for name, given in fit.values.items()}
         for one, off in zip(fit.coordinates, moved, strict=False):
             old = values[one.effect][one.quantity.name]
@@ -66,7 +67,7 @@ def strains(fit: Fit, fitter: Fitter) -> list[Strain]:
             values[one.effect][one.quantity.name] = new
         pulls = fit.pulls.copy()
         pulls[list(fit.pulled)] += moved[first:]
-        found.append(Strain(row, 4.0 * pull**2 / seen, pull / seen, values, pulls))
+        found.append(Strain(row, PULL_PRICE * pull**2 / seen, pull / seen, values, pulls))
     return sorted(found, key=lambda one: -one.saved)
 
 

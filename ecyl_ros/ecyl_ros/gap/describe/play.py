@@ -23,6 +23,7 @@ from ..fit.robust import LOSS_SCALE, cost
 from ..fit.stages import COARSE, EXACT, FINE, MEDIUM, Stage
 from ..judge.intervals import FORM, quantile, spreads
 from ..replay.replay import FloatArray
+from ..sheet import PULL_PRICE
 from .axis import roughness
 from .choose import Guess
 
@@ -209,7 +210,7 @@ def _half_widths(
     Along the directions that the law moved, from the replays; across them from the regression.
     """
     count, time_s = len(along), fitter.replay.time_s
-    price = np.array([*rough, *[4.0] * (len(slopes) - count)])
+    price = np.array([*rough, *[PULL_PRICE] * (len(slopes) - count)])
     spread, stretches = spreads(slopes, best.gap, fitter.rows, time_s, fitter.sheet.evidence, price)
     moved = np.einsum("ik,sij,jk->sk", along, spread[:, :count, :count], along).max(axis=0)
     across = np.eye(along.shape[1]) - np.linalg.pinv(along) @ along

@@ -26,6 +26,7 @@ from ..rigid.measured import relative_error
 from ..rigid.replay import Replay, replay_with
 from ..rigid.sets import Sets
 from ..rigid.solution import Solution
+from ..sheet import PULL_PRICE
 from . import words
 from .chance import LEVEL, probability
 from .choose import Balance, Choice, choose
@@ -204,7 +205,7 @@ def _strained(choice: Choice, judgement: Judgement) -> bool:
     stated = [False for one in judgement.null.unknown for _ in one.columns]
     stated += [_states(one.term) for one in judgement.null.uncertain for _ in one.term.columns]
     pulls = choice.best.found.pulls[np.array(stated, dtype=bool)]
-    return bool(np.any(4.0 * pulls**2 > STRAINED))
+    return bool(np.any(PULL_PRICE * pulls**2 > STRAINED))
 
 
 def _states(term: Term) -> bool:

@@ -18,7 +18,7 @@ from scipy.ndimage import uniform_filter1d
 
 from ..replay.hidden import Hidden
 from ..replay.replay import BoolArray, FloatArray, Replay
-from ..sheet import Sheet
+from ..sheet import PULL_PRICE, Sheet
 from .coordinate import Coordinate, is_phase, quantities
 from .newton import Differences, Map, Objective, descend
 from .robust import LOSS_SCALE, cost
@@ -262,7 +262,7 @@ class Fitter:
             tried=tried,
             loss_scale=max(LOSS_SCALE * stage.wide, 3.0 * typical),
             evidence=self.sheet.evidence,
-            precision=np.array([0.0] * count + [4.0] * len(pulled)),
+            precision=np.array([0.0] * count + [PULL_PRICE] * len(pulled)),
             low=np.concatenate([[one.low for one in coordinates], lowest[pulled]]),
             high=np.concatenate([[one.high for one in coordinates], highest[pulled]]),
         )

@@ -17,7 +17,7 @@ from ..fit.fit import Fit
 from ..fit.gram import weighted_products
 from ..fit.robust import robust_weights
 from ..replay.replay import BoolArray, FloatArray
-from ..sheet import Sheet
+from ..sheet import PULL_PRICE, Sheet
 from ..split import STRETCH_S
 
 # Half width, as a share of the value, that no interval falls below: the effect's form and the
@@ -69,7 +69,7 @@ def variances(
     """Variance of each of the fit's coordinates and pulls, and how many stretches it rests on."""
     if fit.jacobian is None:
         return np.zeros(0), 0
-    price = np.array([0.0] * len(fit.coordinates) + [4.0] * len(fit.pulled))
+    price = np.array([0.0] * len(fit.coordinates) + [PULL_PRICE] * len(fit.pulled))
     found, count = spreads(fit.jacobian, fit.gap, rows, time_s, evidence, price)
     each = np.diagonal(found, axis1=1, axis2=2)
     variance: FloatArray = each.max(axis=0) if len(fit.pulled) else each[:2].max(axis=0)

@@ -17,6 +17,7 @@ from ...effects.catalogue import CATALOGUE
 from ..fit.coordinate import Coordinate, is_phase, quantities
 from ..fit.fit import Fit, Fitter
 from ..replay.replay import BoolArray, FloatArray
+from ..sheet import PULL_PRICE
 from .probes import Probe, Values, rows_of
 
 _ROWS = 3000  # of each signal at the most: more say no more of a ratio
@@ -81,7 +82,7 @@ class Base:
             return made
 
         free = np.array(list(side_by_side(column, jobs))).reshape(len(jobs), before.size)
-        precision = np.array([4.0] * len(pulled) + [0.0] * len(causes))
+        precision = np.array([PULL_PRICE] * len(pulled) + [0.0] * len(causes))
         return cls(fitter, fit, rows, free, precision, (*pulled, *[-1] * len(causes)), side_by_side)
 
     @property

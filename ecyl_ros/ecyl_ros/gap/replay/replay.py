@@ -69,6 +69,7 @@ SIGNALS = (
 _REPLAY_RATE_STEP = 0.45
 _MOST_SUBSTEPS = 40  # per tick: a fit may wander to an absurdly stiff drive
 
+_TICK_COST = 4  # of a control tick beside its sub-steps, in such
 _QUIET_COMMAND = 0.15  # floor of a command without noise, as a share of what noise would make it
 _LOUD = 0.3  # share of the stated noise in the loop from which on its way round is reckoned with
 _SHAKING_SEED = 0x5EED  # unlike those that drives are emulated with
@@ -99,7 +100,7 @@ class Replay:
 
     def __init__(self, recording: Recording, drive: DriveParameters, source: str) -> None:
         self.source = source
-        self._tally, self._counting = [0], threading.Lock()
+        self._tally, self._counting = [0, 0], threading.Lock()
         self._check(recording)
         recording, notes = screen(recording, drive, source)
         drive = with_steps(drive, recording)
@@ -223,6 +224,14 @@ class Replay:
         """How many times the drive was simulated so far, copies of this replay included."""
         return self._tally[0]
 
+    @property
+    def work(self) -> int:
+        """What all `runs` cost: their sub-steps, in as many parts as they may be taken in.
+
+        The rest of a tick, controller and sensors, counts as some more.
+        """
+        return self._tally[1]
+
     def complete(self, effects: Effects, constants: Constants) -> dict[str, dict[str, float]]:
         """Effects with all the parameters that a fit to this recording has.
 
@@ -331,10 +340,12 @@ class Replay:
         params = self.packed(effects, drive)
         cascade = initial_cascade_state(params)
         cascade[0][:] = self._integrals
-        with self._counting:
-            self._tally[0] += 1
         samples = np.zeros((self._samples, COLUMNS))
         ticks = (self._samples - 1) * self._every + 1
+        with self._counting:
+            self._tally[0] += 1
+            steps = int(params[0]["substeps"]) * int(params[0]["finer"])
+            self._tally[1] += ticks * (_TICK_COST + steps)
         run = (
             self._every,
             self._reference,

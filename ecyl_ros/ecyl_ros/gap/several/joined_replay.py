@@ -130,6 +130,11 @@ class JoinedReplay(Replay):
         """See `Replay`."""
         return sum(one.runs for one in self._parts)
 
+    @property
+    def work(self) -> int:
+        """See `Replay`."""
+        return sum(one.work for one in self._parts)
+
     def at(self, constants: Constants) -> JoinedReplay:
         """See `Replay`."""
         return self._each(
