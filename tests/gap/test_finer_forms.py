@@ -8,6 +8,7 @@ import pytest
 from sheets import exact
 
 from ecyl_ros.gap.compete.candidates import Candidates
+from ecyl_ros.gap.compete.forms import Forms
 from ecyl_ros.gap.fit.fit import Fitter
 from ecyl_ros.gap.replay.replay import Replay
 from ecyl_ros.gap.split import held_out
@@ -32,7 +33,7 @@ def test_stribeck_friction_begins_again_beside_viscous_friction() -> None:
     near = field.fitter.evaluate({"rotor_coulomb_friction": {"coulomb_nm": 0.15}, **viscous})
     (best,) = field.polish([near])
     assert best.fitted > 3.0 * field.fitter.perfect**2
-    found = field.finer(best)
+    found = Forms(field).finer(best)
     assert found.fitted < 1.3 * field.fitter.perfect**2
     assert set(found.names) == {"stribeck_friction", "load_viscous_friction"}
     for name in ("coulomb_nm", "static_nm"):
@@ -55,7 +56,7 @@ def test_friction_that_is_the_same_both_ways_is_one_level() -> None:
         }
     )
     (best,) = field.polish([near])
-    found = field.simplified(best)
+    found = Forms(field).simplified(best)
     assert found.names == ("load_coulomb_friction",)
     assert found.values["load_coulomb_friction"]["coulomb_nm"] == pytest.approx(0.26, rel=0.01)
 
@@ -77,7 +78,28 @@ def test_friction_by_direction_gives_way_to_a_level_beside_a_load() -> None:
     )
     (best,) = field.polish([near])
     assert best.fitted > 2.0 * field.fitter.perfect**2
-    found = field.simplified(best)
+    found = Forms(field).simplified(best)
     assert set(found.names) == set(true)
     assert found.fitted < 1.3 * field.fitter.perfect**2
     assert found.values["constant_load"]["force_n"] == pytest.approx(-42.5, rel=0.03)
+
+
+def test_a_set_of_two_plain_forms_takes_the_place_of_two_general_ones() -> None:
+    """Friction by direction and a shaft that hardens can be both what is plain: told at once, where
+    neither alone comes near."""
+    true = {
+        "load_coulomb_friction": {"coulomb_nm": 0.16},
+        "stiffness_error": {"stiffness_nm_per_rad": 530.0},
+    }
+    field = _field(true, (*true, "direction_dependent_friction", "stiffness_hardening"))
+    general = {
+        "direction_dependent_friction": {
+            "coulomb_positive_nm": 0.16,
+            "coulomb_negative_nm": 0.16,
+            "viscous_positive_nm_s_per_rad": 0.0,
+            "viscous_negative_nm_s_per_rad": 0.0,
+        },
+        "stiffness_hardening": {"share": 0.082, "torque_nm": 2.0},
+    }
+    plain, best = field.polish([field.fitter.evaluate(values) for values in (true, general)])
+    assert Forms(field).simplified(best, [best, plain]) is plain

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from typing import TypeVar
 
@@ -20,11 +20,11 @@ from ..fit.robust import misfit
 from ..fit.stages import MEDIUM
 from .begin import Beginnings
 from .chained import chained
-from .earn import AT_FLOOR, at_noise, earns
+from .earn import AT_FLOOR
 from .joint import joined
 from .promise import Promise, Promises
 
-_STARTS = 6  # of one effect alone
+STARTS = 6  # of one effect alone
 _STARTS_IN_SETS = 2
 _KEPT_SINGLES = 9
 _POLISHED_SINGLES = 2
@@ -34,10 +34,10 @@ _KEPT_SETS = 6
 _LEADERS = 4  # that approach first; the others have to promise not to be left behind by them
 # Times the best cost of those that approached: closing in takes a tenth off it, and nobody in the
 # sealed study has come to the front from further behind.
-_BEHIND = 3.0
+BEHIND = 3.0
 _BETTER = 0.9  # of the cost of the sheet alone, from where another fit of it is taken
 _CLOSE = 2.0  # times the best cost: a runner-up that finer fits may still put first
-_SEARCHED_SETS = 3
+SEARCHED_SETS = 3
 _FURTHER_SETS = 3  # searched besides where they promised less than the best search left
 _EXCHANGED = 6  # sets without their leader, and sets that are searched then
 _RUNNERS_UP = 5  # alone, that take its place
@@ -115,17 +115,18 @@ class Candidates:
             return self.map(lambda one: approach(self.fitter, one, self.null), some)
 
         near = approached(fits[:_LEADERS])
-        reach = _BEHIND * min(one.fitted for one in near)
+        reach = BEHIND * min(one.fitted for one in near)
         others = list(zip(fits, promised, strict=True))[_LEADERS:]
         near += approached([one for one, cost in others if cost < reach])
         left = [one for one, cost in others if cost >= reach]
-        reach = _BEHIND * min(one.fitted for one in near)
+        reach = BEHIND * min(one.fitted for one in near)
         ahead = [one for one in near if one.fitted <= reach]
         left += [one for one in near if one.fitted > reach]
         closer = self.map(lambda one: close_in(self.fitter, one, self.null), ahead)
         return sorted(closer + left, key=lambda one: one.fitted)
 
-    def _searched(self, fits: Sequence[Fit]) -> list[Fit]:
+    def searched(self, fits: Sequence[Fit]) -> list[Fit]:
+        """Fit each from afar; those that have come nearest so far go first."""
         return self.search(fits, [one.fitted for one in fits]) if fits else []
 
     def refitted(self, start: Fit, pool: Sequence[Fit], winner: Fit) -> Fit:
@@ -136,7 +137,7 @@ class Candidates:
         near = self.fitter.fit(start, steps=4, stage=MEDIUM, known=self.null)
         known = [near, *(one for one in pool if set(one.names) == set(start.names))]
         best = min(known, key=lambda one: one.fitted)
-        if best.fitted > _BEHIND * winner.fitted:
+        if best.fitted > BEHIND * winner.fitted:
             return best
         return min([best, *self.polish([best])], key=lambda one: one.fitted)
 
@@ -151,7 +152,7 @@ class Candidates:
         if at_floor or not self.fitter.sheet.free(first.values).any():
             return polished
         near = unbent(self.fitter, first)
-        if near.fitted > _BEHIND * first.fitted:
+        if near.fitted > BEHIND * first.fitted:
             return polished
         return [min([first, *self.polish([near])], key=lambda one: one.fitted), *polished[1:]]
 
@@ -160,7 +161,7 @@ class Candidates:
 
         report: takes the share done.
         """
-        started = self.starts(self.null, self.names, _STARTS)
+        started = self.starts(self.null, self.names, STARTS)
         self.library = started
         report(0.3)
         order = self._promises.best(self.null, started)
@@ -186,7 +187,7 @@ class Candidates:
         of the sizes they have alone, and from the balance of torque.
         """
         least = min(one.fitted for one in firsts)
-        sets, promised = self._upon([one for one in firsts if one.fitted <= _BEHIND * least])
+        sets, promised = self._upon([one for one in firsts if one.fitted <= BEHIND * least])
         if len(firsts[0].names) == 1:
             keys = {frozenset(one.names) for one in sets}
             pairs = self._promises.pairs(self.library, _KEPT_SETS + _KEPT_RESPONSES)
@@ -194,7 +195,7 @@ class Candidates:
             sets += self.map(lambda pair: self.fitter.evaluate(pair[1], self.null.pulls), pairs)
             promised += [left for left, _ in pairs]
             # Causes that hide each other stand in for each other: both come near alone.
-            near = [one for one in singles if one.fitted <= _BEHIND * singles[0].fitted]
+            near = [one for one in singles if one.fitted <= BEHIND * singles[0].fitted]
             both = joined(self.fitter, near, self.map)[:_KEPT_JOINED]
             both += chained(self.fitter, self.null, self.names, self.map)[:_KEPT_CHAINED]
             sets += both
@@ -208,7 +209,7 @@ class Candidates:
         """
         best: dict[frozenset[str], Promise] = {}
         for rank, first in enumerate(firsts):
-            most = _STARTS if rank == 0 else _STARTS_IN_SETS
+            most = STARTS if rank == 0 else _STARTS_IN_SETS
             for one in self._promises.best(first, self.starts(first, self.names, most)):
                 key = frozenset(one.fit.names)
                 if key not in best or one.score < best[key].score:
@@ -230,11 +231,11 @@ class Candidates:
         promise = {id(one): score for one, score in zip(glimpsed, promised, strict=True)}
         first = glimpsed[0]
         glimpsed.sort(key=lambda one: one.fitted)
-        if first in glimpsed[_SEARCHED_SETS:]:
+        if first in glimpsed[SEARCHED_SETS:]:
             glimpsed.remove(first)
-            glimpsed.insert(_SEARCHED_SETS - 1, first)
-        searched = self._searched(glimpsed[:_SEARCHED_SETS])
-        glimpsed = glimpsed[_SEARCHED_SETS:]
+            glimpsed.insert(SEARCHED_SETS - 1, first)
+        searched = self.searched(glimpsed[:SEARCHED_SETS])
+        glimpsed = glimpsed[SEARCHED_SETS:]
         left = min(one.fitted for one in searched)
         if misfit(left) > AT_FLOOR * self.fitter.perfect:
             hopeful = sorted(glimpsed, key=lambda one: promise[id(one)])[:_FURTHER_SETS]
@@ -242,7 +243,7 @@ class Candidates:
             glimpsed = [one for one in glimpsed if one not in hopeful]
             hopeful += self._more_together(glimpsed)
             glimpsed = [one for one in glimpsed if one not in hopeful]
-            searched = sorted(searched + self._searched(hopeful), key=lambda one: one.fitted)
+            searched = sorted(searched + self.searched(hopeful), key=lambda one: one.fitted)
         close = [one for one in searched[1:2] if one.fitted < _CLOSE * searched[0].fitted]
         polished = self._afresh(self.polish([*searched[:1], *close]))
         rest = searched[len(polished) :] + glimpsed
@@ -264,7 +265,7 @@ class Candidates:
             if key not in promised or one.score < promised[key].score:
                 promised[key] = one
         order = sorted(promised.values(), key=lambda one: one.score)
-        found = self._searched(self._sized(order[:_EXCHANGED]))
+        found = self.searched(self._sized(order[:_EXCHANGED]))
         if not found or found[0].fitted >= best.fitted:
             return list(sets)
         found[:1] = self._afresh(self.polish(found[:1]))
@@ -314,103 +315,6 @@ class Candidates:
         pairs = sorted((one for one in sets if len(one.names) == 2), key=share)
         return [one for one in pairs if share(one) < _TOGETHER][:_FURTHER_SETS]
 
-    def simplified(self, best: Fit) -> Fit:
-        """`best`, or with special cases in an effect's place that do nearly as well.
-
-        Each alone, then all together: friction that is the same in both directions is a level and a
-        rise with speed. Sets that it gives way to have to do better: friction of one level beside a
-        constant load differs by direction, too, until the motion rests.
-        """
-        for name in best.names:
-            refines = [one for one in CATALOGUE[name].refines if one in self.names]
-            for simple in [
-                *((one,) for one in refines),
-                *([tuple(refines)] if refines[1:] else []),
-            ]:
-                if any(one in best.names for one in simple):
-                    continue
-                start = self._instead(best, name, simple)
-                found = self._near(start, best) if start is not None else None
-                if found is not None and found.judged < 1.15 * best.judged + 0.05:
-                    return found
-            found = None if at_noise(self.fitter, best) else self._giving_way(best, name)
-            if found is not None and earns(self.fitter, found, best):
-                return found
-        return best
-
-    def _giving_way(self, best: Fit, name: str) -> Fit | None:
-        """The best fit with a set of others in an effect's place that act nearly alike."""
-        sets = [
-            others
-            for others in CATALOGUE[name].gives_way(best.values[name], self.fitter.replay.drive)
-            if all(one in self.names and one not in best.names for one in others)
-        ]
-        if not sets:
-            return None
-        rest = self.fitter.without(best, [name])
-        started = [self.fitter.evaluate({**rest.values, **one}, rest.pulls) for one in sets]
-        return self.polish(self._searched(started)[:1])[0]
-
-    def _near(self, start: Fit, best: Fit) -> Fit | None:
-        """A fit from a start near its end; None where it comes nowhere near the best."""
-        near = self.fitter.fit(start, steps=4, stage=MEDIUM, known=self.null)
-        if near.fitted > _BEHIND * best.fitted:
-            return None
-        return self.polish([near])[0]
-
-    def finer(self, best: Fit) -> Fit:
-        """`best`, or with a finer form in an effect's place that does better.
-
-        Where another effect is missing beside it, a finer form may come out as its opposite
-        (friction that seems to rise with speed hides that it falls): it begins again once that is
-        there.
-        """
-        started: list[Fit] = []
-        for form in self.names:
-            plain = [name for name in best.names if name in CATALOGUE[form].refines]
-            if plain and form not in best.names:
-                rest = self.fitter.without(best, plain)
-                # How the contact gives is known; sizes are found again.
-                told = {quantity.name for quantity in CATALOGUE[form].reported}
-                shared = _shared(form, best.values[plain[0]])
-                shape = {key: value for key, value in shared.items() if key not in told}
-                started += self._kept(self.starts(rest, [form], _STARTS), form, shape)
-        glimpsed = self.map(
-            lambda one: self.fitter.fit(one, steps=2, stage=MEDIUM, known=self.null), started
-        )
-        searched = self._searched(sorted(glimpsed, key=lambda one: one.fitted)[:_SEARCHED_SETS])
-        if not searched or searched[0].fitted >= best.fitted:
-            return best
-        return self.settled(self.polish(searched[:1])[0])
-
-    def _instead(self, best: Fit, name: str, simple: Sequence[str]) -> Fit | None:
-        """`best` with simpler effects, where they start, in the place of one; None where none can.
-
-        They keep the parameters that they have in common with it.
-        """
-        found, near = self.fitter.without(best, [name]), True
-        for one in simple:
-            shared = _shared(one, best.values[name])
-            if all(quantity.name in shared for quantity in CATALOGUE[one].reported):
-                found = self.fitter.evaluate({**found.values, one: shared}, found.pulls)
-                continue
-            started = self._kept(self.starts(found, [one], _STARTS), one, shared)
-            if not started:
-                return None
-            found, near = min(started, key=lambda other: other.fitted), False
-        return found if near else self._searched([found])[0]
-
-    def _kept(self, started: Sequence[Fit], name: str, shared: dict[str, float]) -> list[Fit]:
-        """Starts of an effect with parameters that it has in common with another's."""
-        if not shared:
-            return list(started)
-        return self.map(
-            lambda one: self.fitter.evaluate(
-                {**one.values, name: {**one.values[name], **shared}}, one.pulls
-            ),
-            started,
-        )
-
     def settled(self, winner: Fit) -> Fit:
         """The winner fitted until it no longer moves."""
         for _ in range(_SETTLING if winner.names else 0):
@@ -430,15 +334,9 @@ class Candidates:
             return False
         ports = ("rotor_friction", "load_friction")
         names = [name for name in self.names if any(hasattr(MODULES[name], port) for port in ports)]
-        silent = self.starts(self.null, names, _STARTS)
+        silent = self.starts(self.null, names, STARTS)
         replay.shake()
         shaken = self.map(lambda one: self.fitter.evaluate(one.values, one.pulls), silent)
         replay.calm()
         nearest = min(one.fitted for one in [self.null, *silent])
         return any(one.fitted < _SHAKEN_LOOSE * nearest for one in shaken)
-
-
-def _shared(name: str, values: Mapping[str, float]) -> dict[str, float]:
-    """Of an effect's parameters, those that are among another's `values`."""
-    known = [one.name for one in CATALOGUE[name].parameters]
-    return {key: values[key] for key in known if key in values}

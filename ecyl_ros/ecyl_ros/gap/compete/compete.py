@@ -24,6 +24,7 @@ from dataclasses import dataclass
 from ..fit.fit import Fit, Fitter
 from .candidates import Candidates
 from .earn import at_noise, earns
+from .forms import Forms
 
 _FIRSTS = 2  # single effects that sets are built upon
 _MOST_EFFECTS = 3
@@ -66,7 +67,7 @@ def compete(fitter: Fitter, nominal: Fit, names: Sequence[str], report: Report) 
 
 
 def _compete(field: Candidates, nominal: Fit, report: Report) -> Competition:
-    fitter = field.fitter
+    fitter, forms = field.fitter, Forms(field)
     fitter.test_floor(field.null)
     if field.null is not nominal and at_noise(fitter, field.null):
         return Competition(nominal, field.null, (), field.null, (), {})
@@ -83,11 +84,12 @@ def _compete(field: Candidates, nominal: Fit, report: Report) -> Competition:
     winner = null
     rivals: list[Fit] = []
     pool = list(singles)
-    best = field.settled(field.simplified(singles[0])) if singles else null
+    best = field.settled(forms.simplified(singles[0])) if singles else null
     if singles and earns(fitter, best, null):
         winner = best
-        rivals = [one for one in singles if one.names != best.names]
-    firsts = [best, *(one for one in singles if one.names != best.names)][:_FIRSTS]
+        rivals = _others(singles, best)
+    # Sets of two are built upon single effects, even where one was told as two simpler ones.
+    firsts = singles[:_FIRSTS] if len(best.names) > 1 else [best, *_others(singles, best)][:_FIRSTS]
     size, unsearched = 2, 0
     while not at_noise(fitter, best) and size <= _MOST_EFFECTS and firsts:
         if size > 2 and field.costly():
@@ -95,24 +97,33 @@ def _compete(field: Candidates, nominal: Fit, report: Report) -> Competition:
             break
         report(f"sets of {size}", 0.5 + 0.1 * size)
         fitted = field.larger(firsts, singles)
+        if len(winner.names) == size:
+            fitted = sorted([winner, *fitted], key=lambda one: one.fitted)
         report(f"sets of {size}", 0.6 + 0.1 * size)
         fitter.test_floor(fitted[0])
         pool += fitted
-        best = field.settled(field.simplified(fitted[0]))
+        best = field.settled(forms.simplified(fitted[0], fitted))
         if size == 2 and not at_noise(fitter, best):
             fitted = field.exchanged([best, *fitted])
-            best = fitted[0] if fitted[0] is best else field.settled(field.simplified(fitted[0]))
+            if fitted[0] is not best:
+                best = field.settled(forms.simplified(fitted[0], fitted))
         if not at_noise(fitter, best):
-            best = field.finer(best)
-        if not earns(fitter, best, winner):
+            best = forms.finer(best)
+        if earns(fitter, best, winner):
+            winner = best
+        elif len(winner.names) < size:
             break
-        winner = best
+        best = winner
         rivals = [one for one in fitted if set(one.names) != set(best.names)]
-        firsts = [best, *(one for one in fitted if one.names != best.names)][:_FIRSTS]
+        firsts = [best, *_others(fitted, best)][:_FIRSTS]
         size += 1
     winner, without = _pruned(field, field.settled(winner), pool)
     rivals.sort(key=lambda one: one.judged)
     return Competition(nominal, null, tuple(singles), winner, tuple(rivals), without, unsearched)
+
+
+def _others(fits: Sequence[Fit], best: Fit) -> list[Fit]:
+    return [one for one in fits if one.names != best.names]
 
 
 def _pruned(field: Candidates, winner: Fit, pool: Sequence[Fit]) -> tuple[Fit, dict[str, Fit]]:
