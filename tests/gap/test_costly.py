@@ -1,0 +1,43 @@
+"""Sets of three wait where replays cost too much, and the diagnosis says so."""
+
+from __future__ import annotations
+
+import pytest
+from sheets import exact
+
+from ecyl_ros.gap.compete import candidates
+from ecyl_ros.gap.compete.compete import compete
+from ecyl_ros.gap.fit.fit import Fitter
+from ecyl_ros.gap.replay.replay import Replay
+from ecyl_ros.gap.split import held_out
+from ecyl_ros.gap.study.cylinder.cases import Case, record_case
+
+TRUE = {
+    "rotor_coulomb_friction": {"coulomb_nm": 0.1},
+    "load_viscous_friction": {"viscous_nm_s_per_rad": 0.008},
+    "load_inertia_error": {"inertia_kg_m2": 0.0021},
+}
+
+
+def test_the_search_ends_at_two_causes_where_replays_cost_too_much(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Three causes and no work to spare: no more than two are named, and the rest is told."""
+    monkeypatch.setattr(candidates, "_ENOUGH_WORK_PER_S", 0.0)
+    drive = exact("bench")
+    replay = Replay(record_case(Case(0, 7, "pair", TRUE), drive), drive, "recording")
+    fitter = Fitter(replay, held_out(replay.time_s))
+    found = compete(fitter, fitter.nominal, tuple(TRUE), lambda stage, share: None)
+    assert len(found.winner.names) <= 2
+    assert found.unsearched == 3
+
+
+def test_what_is_stiff_within_a_step_counts_as_more_work() -> None:
+    """A dead time, which takes parts of a sub-step in small currents, costs more than a spring."""
+    drive = exact("bench")
+    replay = Replay(record_case(Case(0, 7, "pair", TRUE), drive), drive, "recording")
+    before = replay.work
+    replay.run({"spring_load": {"stiffness_n_per_m": 1e4}})
+    spring = replay.work - before
+    replay.run(replay.complete({"inverter_dead_time": {"voltage_v": 2.25}}, {}))
+    assert replay.work - before - spring > 1.2 * spring > 0
