@@ -377,7 +377,7 @@ def _counts(one: _Candidate, signal: MappedSignal) -> tuple[str, MappedSignal]:
         known = dataclasses.replace(signal, unit=unit, counts_per_rev=float(turn), target=target)
         return "", known
     worth = "counts_per_rev" if signal.dimension.startswith("ang") else "counts_per_m"
-    or_rpm = " or in rpm" if unit == "counts/s" else ""
+    or_rpm = " or in rpm" if signal.dimension == "angular speed" else ""
     with_rpm = f", or {{field: {one.path}, unit: rpm}}" if or_rpm else ""
     return (
         f"{signal.name}: {one.path} ({one.field.low:.6g} to {one.field.high:.6g}) is in counts"

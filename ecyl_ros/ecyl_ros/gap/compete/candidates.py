@@ -22,7 +22,7 @@ from .begin import Beginnings
 from .chained import chained
 from .earn import AT_FLOOR
 from .joint import joined
-from .promise import Promise, Promises
+from .promise import Promise, Promises, best_of_each
 
 STARTS = 6  # of one effect alone
 _STARTS_IN_SETS = 2
@@ -207,14 +207,11 @@ class Candidates:
 
         Returns (starts, what each might leave).
         """
-        best: dict[frozenset[str], Promise] = {}
+        promised: list[Promise] = []
         for rank, first in enumerate(firsts):
             most = STARTS if rank == 0 else _STARTS_IN_SETS
-            for one in self._promises.best(first, self.starts(first, self.names, most)):
-                key = frozenset(one.fit.names)
-                if key not in best or one.score < best[key].score:
-                    best[key] = one
-        order = sorted(best.values(), key=lambda one: one.score)[:_KEPT_SETS]
+            promised += self._promises.best(first, self.starts(first, self.names, most))
+        order = best_of_each(promised)[:_KEPT_SETS]
         return self._sized(order), [one.score for one in order]
 
     def _best_of(self, sets: Sequence[Fit], promised: Sequence[float]) -> list[Fit]:
@@ -257,15 +254,12 @@ class Candidates:
         """
         best = sets[0]
         known = {frozenset(one.names) for one in sets}
-        promised: dict[frozenset[str], Promise] = {}
-        for one in self._without_leader(sets):
-            key = frozenset(one.fit.names)
-            if key in known or one.score >= best.fitted:
-                continue
-            if key not in promised or one.score < promised[key].score:
-                promised[key] = one
-        order = sorted(promised.values(), key=lambda one: one.score)
-        found = self.searched(self._sized(order[:_EXCHANGED]))
+        promised = best_of_each(
+            one
+            for one in self._without_leader(sets)
+            if one.score < best.fitted and frozenset(one.fit.names) not in known
+        )
+        found = self.searched(self._sized(promised[:_EXCHANGED]))
         if not found or found[0].fitted >= best.fitted:
             return list(sets)
         found[:1] = self._afresh(self.polish(found[:1]))

@@ -9,7 +9,7 @@ the first effect in it beside a constant or a direction, and what is then left p
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Sequence
 
 from ...effects.catalogue import CATALOGUE
 from ...effects.effect import Evidence
@@ -17,10 +17,9 @@ from ..fit.coordinate import is_phase
 from ..fit.fit import Fit, Fitter, Values
 from ..replay.evidence import gather
 from .begin import possible
+from .joint import Map
 
 _BLOCKS = ("motor_mechanical", "load")  # whose effects are torques on rotor or load
-
-Map = Callable[[Callable[[Values], Fit], Iterable[Values]], Iterable[Fit]]
 
 
 def chained(fitter: Fitter, base: Fit, names: Sequence[str], side_by_side: Map) -> list[Fit]:

@@ -7,7 +7,7 @@ its own parameters and by the sheet, which is held back by its price.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -30,6 +30,16 @@ class Promise:
     size: float
     fit: Fit
     base: Fit
+
+
+def best_of_each(promises: Iterable[Promise]) -> list[Promise]:
+    """The best start of each set of effects, most promising first."""
+    best: dict[frozenset[str], Promise] = {}
+    for one in promises:
+        key = frozenset(one.fit.names)
+        if key not in best or one.score < best[key].score:
+            best[key] = one
+    return sorted(best.values(), key=lambda one: one.score)
 
 
 class Promises:
@@ -66,13 +76,7 @@ class Promises:
     def best(self, base: Fit, started: Sequence[Fit]) -> list[Promise]:
         """The best start of each set upon `base`, most promising first."""
         upon = self.upon(base)
-        best: dict[frozenset[str], Promise] = {}
-        for one in started:
-            promise = upon.promise(one)
-            key = frozenset(one.names)
-            if key not in best or promise.score < best[key].score:
-                best[key] = promise
-        return sorted(best.values(), key=lambda one: one.score)
+        return best_of_each(upon.promise(one) for one in started)
 
     def sized(self, promise: Promise) -> Fit:
         """The start, or the same in the size that its response suggests, if that is better."""

@@ -122,8 +122,8 @@ def descend(
         if gained <= least and (fresh or promised <= least):
             return True
         if gained > 0.0 and promised > _SLOW * before:
-            there, left = _further(objective, point, there, left)
-            gained = value - objective.value(left, there)
+            there, left, reached = _further(objective, point, there, left, value - gained)
+            gained = value - reached
         before = promised
         fresh = gained < _KEPT_PROMISE * promised
         point, residual, value = there, left, value - gained
@@ -131,15 +131,16 @@ def descend(
 
 
 def _further(
-    objective: Objective, point: FloatArray, there: FloatArray, left: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """The best of longer steps the same way, and its residual.
+    objective: Objective, point: FloatArray, there: FloatArray, left: FloatArray, value: float
+) -> tuple[FloatArray, FloatArray, float]:
+    """The best of longer steps the same way, its residual, and the objective there.
+
+    there, left, value: those of the step.
 
     Spikes in a derivative that do not overlap those that are left make its curvature too large:
     step after step is too short.
     """
-    step, value = there - point, objective.value(left, there)
-    length = 2.0
+    step, length = there - point, 2.0
     while length <= _LONGEST:
         moved = np.clip(point + length * step, objective.low, objective.high)
         after = objective.tried(moved)
@@ -148,7 +149,7 @@ def _further(
             break
         there, left, value = moved, after, other
         length *= 2.0
-    return there, left
+    return there, left, value
 
 
 def _differentiate(

@@ -39,32 +39,32 @@ class Hidden:
         base = {**self._nominal, **constants}
         return {**constants, **{key: base[key] * (1.0 + share) for key, share in off.items()}}
 
-    def _shown(self, off: Mapping[str, float]) -> float:
-        """RMS in floors of the signal that shows most of constants off by shares."""
-        replay = self._replay
-        moved = replay.gap({}, self._made(off, {})) - replay.gap({})
-        return float(np.sqrt(np.mean(moved[:, replay.usable] ** 2, axis=1)).max())
+    @cached_property
+    def _nominal_gap(self) -> FloatArray:
+        return self._replay.gap({})
+
+    def _shown(self, effects: Effects, off: Mapping[str, float]) -> float:
+        """RMS in floors of the signal that shows most of effects and constants off by shares."""
+        moved = self._replay.gap(effects, self._made(off, {})) - self._nominal_gap
+        return float(np.sqrt(np.mean(moved[:, self._replay.usable] ** 2, axis=1)).max())
 
     def small(self, effects: Effects) -> bool:
         """Whether effects alone would stay hidden in the floor of every signal."""
-        replay = self._replay
-        moved = replay.gap(effects) - replay.gap({})
-        rms = np.sqrt(np.mean(moved[:, replay.usable] ** 2, axis=1))
-        return bool(rms.max() < _HIDDEN)
+        return self._shown(effects, {}) < _HIDDEN
 
     @cached_property
     def _draws(self) -> tuple[dict[str, float], ...]:
         """Shares that the constants of sound machines are off by, together just hidden."""
         sizes = {}
         for key in self._nominal:
-            shown = self._shown({key: _PROBE})
+            shown = self._shown({}, {key: _PROBE})
             sizes[key] = min(_PROBE * _HIDDEN / shown, _MOST) if shown > 0.0 else 0.0
         rng = np.random.default_rng(_SEED)
         found = []
         for _ in range(_DRAWS):
             signs = rng.choice([-1.0, 1.0], len(sizes)) / math.sqrt(len(sizes))
             off = {key: size * sign for (key, size), sign in zip(sizes.items(), signs, strict=True)}
-            shown = self._shown(off)
+            shown = self._shown({}, off)
             least = min(_HIDDEN / shown, 1.0) if shown > 0.0 else 0.0
             found.append({key: share * least for key, share in off.items()})
         return tuple(found)
