@@ -21,11 +21,19 @@ from numba import njit
 from numba.core import config
 
 _PACKAGE = Path(__file__).resolve().parents[1]
+_FOLDERS = (
+    "drive",
+    "drive/rigid",
+    "effects",
+    "gap/fit",
+    "gap/study/cylinder",
+    "gap/study/rigid",
+)  # of files that hold kernels
 
 
 def _sources_digest() -> str:
     digest = hashlib.sha256()
-    for folder in ("drive", "drive/rigid", "effects", "gap/study/cylinder", "gap/study/rigid"):
+    for folder in _FOLDERS:
         for path in sorted((_PACKAGE / folder).glob("*.py")):
             digest.update(path.name.encode() + b"\0" + path.read_bytes())
     return digest.hexdigest()[:16]

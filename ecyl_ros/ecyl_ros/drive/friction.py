@@ -24,8 +24,10 @@ BRISTLE_DAMPING_S = 2e-4  # c, lets the swing of an inertia on the bristle settl
 @kernel
 def deflected(z, speed, time, breakaway):
     """Bristle deflection `time` s after `z` at constant `speed` rad/s; breakaway: d, rad."""
+    if time == 0.0:
+        return z
     end = 1.0 if speed > 0.0 else -1.0
-    pace = abs(speed) * time / breakaway
+    pace = abs(speed) * time * (1.0 / breakaway)
     if pace > 30.0:
         return end
     return end + (z - end) * math.exp(-pace)
@@ -35,5 +37,5 @@ def deflected(z, speed, time, breakaway):
 def friction_torque(z, speed, time, level, breakaway, damping):
     """Torque against the motion, N m, `time` s into a step that began with deflection `z`."""
     now = deflected(z, speed, time, breakaway)
-    rate = (speed - abs(speed) * now) / breakaway
+    rate = (speed - abs(speed) * now) * (1.0 / breakaway)
     return level * (now + damping * rate)

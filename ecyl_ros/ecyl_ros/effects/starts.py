@@ -7,8 +7,8 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from .effect import Evidence, FloatArray, Start
+from .lines import explained
 
-_BLOCK = 64  # candidates worked out at once
 _FINER = 25  # steps between a candidate and its neighbour when a line is placed
 
 
@@ -81,7 +81,7 @@ def strongest(
     y, x, g = y[::stride], x[::stride], g[::stride]
     base, *_ = np.linalg.qr(np.column_stack([np.ones_like(x), x]))
     y = y - base @ (base.T @ y)
-    found = _explained(y, x, g, base, candidates)
+    found = explained(y, x, g, base, candidates)
     score = found[:, 0]
     peaks = [
         row
@@ -94,42 +94,15 @@ def strongest(
     for row in peaks[:count]:
         # The candidates are as far apart as the record resolves; its noise lets more be told.
         near = candidates[row] + step * np.linspace(-1.0, 1.0, 2 * _FINER + 1)
-        around = _explained(y, x, g, base, near)
+        around = explained(y, x, g, base, near)
         best = int(np.argmax(around[:, 0]))
         lines.append((float(near[best]), float(around[best, 1]), float(around[best, 2])))
     for one, (_, size, shift) in zip(
-        at, _explained(y, x, g, base, np.array(at, dtype=float)).tolist(), strict=True
+        at, explained(y, x, g, base, np.array(at, dtype=float)).tolist(), strict=True
     ):
         if all(abs(one - line) > step for line, _, _ in lines):
             lines.append((one, size, shift))
     return lines
-
-
-def _explained(
-    y: FloatArray, x: FloatArray, g: FloatArray, base: FloatArray, candidates: FloatArray
-) -> FloatArray:
-    """float64[candidates, 3]: variance explained, size and phase of a line at each candidate.
-
-    y: signal, x: angle, g: gain, all float64[n]; base: float64[n, k], orthonormal, taken out first.
-    """
-    found = np.zeros((len(candidates), 3))
-    for first in range(0, len(candidates), _BLOCK):
-        block = candidates[first : first + _BLOCK]
-        turn = np.outer(block, x)
-        pair = [g * np.sin(turn), g * np.cos(turn)]  # float64[block, n] each
-        pair = [one - (one @ base) @ base.T for one in pair]
-        ss, cc, sc = ((pair[i] * pair[j]).sum(axis=1) for i, j in ((0, 0), (1, 1), (0, 1)))
-        sy, cy = (one @ y for one in pair)
-        determinant = np.maximum(ss * cc - sc**2, 1e-9 * (ss + cc) ** 2 + 1e-300)
-        sine, cosine = (sy * cc - cy * sc) / determinant, (cy * ss - sy * sc) / determinant
-        size = np.hypot(sine, cosine)
-        # A line that is hardly more than a slope over the angles seen gets an absurd amplitude.
-        sound = size * float(np.sqrt(np.mean(g**2))) < 5.0 * float(np.std(y))
-        rows_of = slice(first, first + len(block))
-        found[rows_of, 0] = np.where(sound, sine * sy + cosine * cy, 0.0)
-        found[rows_of, 1] = size
-        found[rows_of, 2] = np.arctan2(cosine, sine)
-    return found
 
 
 def angular_orders(angle: FloatArray, highest: float) -> FloatArray:

@@ -11,8 +11,10 @@ import math
 
 import numpy as np
 
+from ...drive.compiled import called
 from ..replay.replay import BoolArray, FloatArray
 
+_LARGE = 1e100  # a product of squares is taken its logarithm of before it overflows
 LOSS_SCALE = 3.0  # in noise floors: beyond it a difference counts less than its square
 
 
@@ -22,9 +24,32 @@ def robust_squares(values: FloatArray, scale: float = LOSS_SCALE) -> FloatArray:
     return squares
 
 
+@called
+def _sum_of_logarithms(values, counted, scale):
+    """Sum of log(1 + (value / scale)^2) over the columns that are `counted`.
+
+    values: float64[k, n]. counted: bool[n]. Few logarithms, of products.
+    """
+    total, product, per = 0.0, 1.0, 1.0 / (scale * scale)
+    for row in range(values.shape[0]):
+        for column in range(values.shape[1]):
+            if counted[column]:
+                product *= 1.0 + values[row, column] ** 2 * per
+                if not product < _LARGE:
+                    total += math.log(product)
+                    product = 1.0
+    return total + math.log(product)
+
+
+def _mean(values: FloatArray, counted: BoolArray, scale: float) -> float:
+    count = len(values) * int(np.count_nonzero(counted))
+    return scale**2 * _sum_of_logarithms(values, counted, scale) / count if count else math.nan
+
+
 def robust_mean_square(values: FloatArray, scale: float = LOSS_SCALE) -> float:
     """Cauchy's mean square of differences in noise floors."""
-    return float(np.mean(robust_squares(values, scale)))
+    flat = values.reshape(1, -1)
+    return _mean(flat, np.ones(flat.size, dtype=bool), scale)
 
 
 def robust_weights(values: FloatArray, scale: float = LOSS_SCALE) -> FloatArray:
@@ -35,7 +60,7 @@ def robust_weights(values: FloatArray, scale: float = LOSS_SCALE) -> FloatArray:
 
 def cost(gap: FloatArray, rows: BoolArray) -> float:
     """Robust mean square of a gap (signals, n) over its noise floor on the rows chosen."""
-    return robust_mean_square(gap[:, rows])
+    return _mean(gap, rows, LOSS_SCALE)
 
 
 def misfit(cost: float) -> float:
