@@ -14,7 +14,6 @@ from __future__ import annotations
 import argparse
 import sys
 from collections import defaultdict
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
 import numpy as np
@@ -122,8 +121,7 @@ def _smallest(recording: Recording, drive: DriveParameters, name: str, stage: St
     fit = fitter.nominal
     if not at_floor(fit, fitter.replay):
         fit = sheet_alone(fitter, stage)
-    with ThreadPoolExecutor(2) as threads:
-        _, found = seen_by(fitter, fit, [name], threads)
+    _, found = seen_by(fitter, fit, [name])
     least = least_visible(found)
     return least[0] if least and least[0].limit.smallest_seen is not None else None
 

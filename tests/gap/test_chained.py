@@ -15,18 +15,13 @@ from ecyl_ros.gap.study.cylinder.cases import Case, record_case
 TRUE = {"constant_load": {"force_n": -250.4}, "spring_load": {"stiffness_n_per_m": 24235.0}}
 
 
-def side_by_side(work, jobs):
-    """One after the other."""
-    return [work(job) for job in jobs]
-
-
 def test_a_load_and_a_spring_that_cancel_each_other_are_begun_together() -> None:
     """Alone the load would be -24 N; the first set has both within 2 %, and is near the floor."""
     drive = exact("bench")
     replay = Replay(record_case(Case(0, 629204307, "pair", TRUE), drive), drive, "recording")
     fitter = Fitter(replay, held_out(replay.time_s))
     names = ("load_coulomb_friction", *TRUE, "load_viscous_friction", "cogging_torque")
-    best, *others = chained(fitter, fitter.nominal, names, side_by_side)
+    best, *others = chained(fitter, fitter.nominal, names)
     assert set(best.names) == set(TRUE)
     assert best.values["constant_load"]["force_n"] == pytest.approx(-250.4, rel=0.02)
     assert best.values["spring_load"]["stiffness_n_per_m"] == pytest.approx(24235.0, rel=0.02)

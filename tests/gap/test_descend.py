@@ -39,7 +39,7 @@ def test_a_fit_goes_as_far_as_impacts_have_to_move() -> None:
         high=np.array([5.0]),
     )
     slopes = np.empty((1, len(TIME_S)))
-    differences = Differences(np.array([1e-4]), central=False, map=map)
+    differences = Differences(np.array([1e-4]), central=False)
     descend(objective, np.array([1.0]), slopes, [0], [], differences, most=8, least=1e-9)
     assert abs(tried[1] - 1.0) < 0.05
     nearest = min(tried, key=lambda late: objective.value(_moved(late), np.array([late])))

@@ -65,7 +65,7 @@ def _alone(fitter: Fitter) -> Competition:
 @cache
 def _cubic() -> tuple[Case, Fitter, Described]:
     case, fitter = _case("x_law_cubic_drag")
-    found = describe(fitter, _alone(fitter), 2, lambda share: None)
+    found = describe(fitter, _alone(fitter), lambda share: None)
     assert found is not None
     return case, fitter, found
 
@@ -85,7 +85,7 @@ def test_a_law_is_found_at_its_port_with_its_variable_and_its_curve():
 def test_a_place_is_not_mistaken_for_the_current_that_answers_it():
     """Detents along the stroke: current and torque predict what they answer; the loop tells."""
     case, fitter = _case("x_law_detents")
-    found = describe(fitter, _alone(fitter), 2, lambda share: None)
+    found = describe(fitter, _alone(fitter), lambda share: None)
     assert found is not None
     law, kind = found.description.as_json(), UNNAMED["x_law_detents"]
     assert port_right(law, kind)
@@ -154,7 +154,7 @@ def test_a_named_effect_is_drawn_over_the_law_as_it_acts():
 def test_a_machine_within_its_sheet_is_not_described():
     """Noise and constants off by 2 % never become a law."""
     _, fitter = _case(None)
-    assert describe(fitter, _alone(fitter), 2, lambda share: None) is None
+    assert describe(fitter, _alone(fitter), lambda share: None) is None
 
 
 def test_only_what_is_unexplained_is_described():

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from concurrent.futures import ThreadPoolExecutor
-
 import pytest
 from sheets import exact
 
@@ -20,7 +18,7 @@ DRIVE = exact("bench")
 def _field(true: dict[str, dict[str, float]], names: tuple[str, ...]) -> Candidates:
     """Effects `names` on another make of machine that has those of `true`."""
     replay = Replay(record_case(Case(0, 6, "pair", true), DRIVE), DRIVE, "recording")
-    return Candidates(Fitter(replay, held_out(replay.time_s)), names, ThreadPoolExecutor(2))
+    return Candidates(Fitter(replay, held_out(replay.time_s)), names)
 
 
 def test_stribeck_friction_begins_again_beside_viscous_friction() -> None:

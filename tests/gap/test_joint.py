@@ -35,14 +35,9 @@ def singles(fitter: Fitter) -> list[Fit]:
     return [fitter.evaluate(values) for values in found]
 
 
-def side_by_side(work, jobs):
-    """One after the other."""
-    return [work(job) for job in jobs]
-
-
 def test_frictions_that_hide_each_other_are_found_in_shares_of_their_sizes(fitter, singles) -> None:
     """What is left falls below half of either alone, within a tenth of the true torques."""
-    best = joined(fitter, singles, side_by_side)[0]
+    best = joined(fitter, singles)[0]
     assert set(best.names) == {ROTOR, LOAD}
     assert best.fitted < 0.5 * min(one.fitted for one in singles)
     assert best.values[LOAD]["coulomb_nm"] == pytest.approx(0.2238, rel=0.1)
@@ -51,6 +46,6 @@ def test_frictions_that_hide_each_other_are_found_in_shares_of_their_sizes(fitte
 
 def test_a_general_case_is_not_joined_beside_its_special_one(fitter, singles) -> None:
     """Friction that drifts holds friction that does not: three effects make three pairs."""
-    names = [set(one.names) for one in joined(fitter, singles, side_by_side)]
+    names = [set(one.names) for one in joined(fitter, singles)]
     assert len(names) == 3
     assert not any("friction_drift" in one for one in names)

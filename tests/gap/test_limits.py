@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
@@ -47,8 +46,7 @@ def sound() -> tuple[DriveParameters, Fitter]:
 
 
 def _smallest(fitter: Fitter, name: str) -> Seen:
-    with ThreadPoolExecutor(1) as threads:
-        _, found = seen_by(fitter, fitter.nominal, [name], threads)
+    _, found = seen_by(fitter, fitter.nominal, [name])
     return found[0]
 
 

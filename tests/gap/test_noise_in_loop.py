@@ -11,6 +11,7 @@ from sheets import exact
 from ecyl_ros.drive.engine import simulate
 from ecyl_ros.drive.reference.moves import plan_move
 from ecyl_ros.drive.telemetry import simulation_recording
+from ecyl_ros.gap.compete.earn import at_noise, surely_at_noise
 from ecyl_ros.gap.diagnose import diagnose
 from ecyl_ros.gap.fit.fit import Fitter
 from ecyl_ros.gap.fit.robust import misfit
@@ -120,5 +121,9 @@ def test_a_fit_far_below_the_floor_says_that_no_noise_is_in_the_loop() -> None:
     replay = Replay(recording, drive, "quiet")
     fitter = Fitter(replay, held_out(replay.time_s))
     assert replay.noise_in_loop and fitter.perfect > 1.4
+    # A model that stands there may stand far above the true floor: the search goes on.
+    assert fitter.floor_unsure and not surely_at_noise(fitter, fitter.nominal)
+    assert at_noise(fitter, fitter.nominal)
     fitter.test_floor(fitter.nominal)
     assert not replay.noise_in_loop and fitter.perfect < 1.0
+    assert surely_at_noise(fitter, fitter.nominal)

@@ -28,10 +28,6 @@ def _fitter(effects) -> Fitter:
     return Fitter(replay, held_out(replay.time_s))
 
 
-def _one_by_one(work, values):
-    return [work(value) for value in values]
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "delay_s", "near"),
@@ -42,13 +38,13 @@ def test_the_delay_of_a_ringing_loop_is_found(name, delay_s, near) -> None:
     fitter = _fitter({name: {"delay_s": delay_s}})
     beside = fitter.evaluate({name: {"delay_s": 1.02 * delay_s}})
     assert beside.fitted > 5.0 * fitter.perfect**2
-    (start,) = Ringing(fitter, _one_by_one).starts(fitter.nominal, name)
+    (start,) = Ringing(fitter).starts(fitter.nominal, name)
     assert start[name]["delay_s"] == pytest.approx(delay_s, rel=near)
 
 
 def test_a_drive_that_does_not_ring_is_not_listened_to() -> None:
     """A constant load: no delay is proposed."""
     fitter = _fitter({"constant_load": {"force_n": 100.0}})
-    ringing = Ringing(fitter, _one_by_one)
+    ringing = Ringing(fitter)
     assert ringing.starts(fitter.nominal, "actuation_delay") == []
     assert ringing.starts(fitter.nominal, "rotor_coulomb_friction") == []

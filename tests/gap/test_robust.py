@@ -17,6 +17,12 @@ def test_mean_is_that_of_single_squares(scale):
     assert robust_mean_square(values, scale) == pytest.approx(wanted, rel=1e-12)
 
 
+def test_what_is_far_below_the_floor_is_not_rounded_off() -> None:
+    """A noise-free fit at its end still knows which way is down."""
+    values = np.full(1000, 3e-9)
+    assert robust_mean_square(values) == pytest.approx(9e-18, rel=1e-6)
+
+
 def test_cost_is_of_the_rows_chosen():
     """Rows that are left out do not count, not even where nothing is known there."""
     rng = np.random.default_rng(6)

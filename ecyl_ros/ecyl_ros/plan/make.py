@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import math
-import os
 import time
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Any
 
@@ -113,33 +111,32 @@ def make_plan(
         InputError: limits that leave no motion, an effect without a size.
     """
     deadline = time.monotonic() + budget_s
-    with ThreadPoolExecutor(os.cpu_count() or 1) as threads:
-        experiment = Experiment(drive, duration_s, signals, threads)
-        names = list(dict.fromkeys([*(one for pair in pairs for one in pair), *alone]))
-        sizes = _sized(experiment, names, known)
-        both = [Pair(sizes[first], sizes[second]) for first, second in pairs]
-        singles = [sizes[name] for name in alone]
-        tell(0.1)
-        motion, whole = planned(
-            experiment, both, singles, deadline, lambda share: tell(0.1 + 0.7 * share)
-        )
-        motions: dict[str, Reference] = {PLANNED: motion, **usual(drive.limits, duration_s)}
-        found, first = [], None
-        for number, (name, reference) in enumerate(motions.items()):
-            base = predicted(experiment, reference, duration_s)
-            first = first or base
-            found.append(
-                Prediction(
-                    name,
-                    reference,
-                    tuple(min(one) for one in separations(base, both)),
-                    tuple(apart_from_sheet(base, one) for one in singles),
-                    tuple(visible(base, shown, threads)),
-                )
+    experiment = Experiment(drive, duration_s, signals)
+    names = list(dict.fromkeys([*(one for pair in pairs for one in pair), *alone]))
+    sizes = _sized(experiment, names, known)
+    both = [Pair(sizes[first], sizes[second]) for first, second in pairs]
+    singles = [sizes[name] for name in alone]
+    tell(0.1)
+    motion, whole = planned(
+        experiment, both, singles, deadline, lambda share: tell(0.1 + 0.7 * share)
+    )
+    motions: dict[str, Reference] = {PLANNED: motion, **usual(drive.limits, duration_s)}
+    found, first = [], None
+    for number, (name, reference) in enumerate(motions.items()):
+        base = predicted(experiment, reference, duration_s)
+        first = first or base
+        found.append(
+            Prediction(
+                name,
+                reference,
+                tuple(min(one) for one in separations(base, both)),
+                tuple(apart_from_sheet(base, one) for one in singles),
+                tuple(visible(base, shown)),
             )
-            tell(0.8 + 0.2 * (number + 1) / len(motions))
-        assert first is not None
-        return Plan(motion, tuple(both), tuple(singles), needed(first), tuple(found), first, whole)
+        )
+        tell(0.8 + 0.2 * (number + 1) / len(motions))
+    assert first is not None
+    return Plan(motion, tuple(both), tuple(singles), needed(first), tuple(found), first, whole)
 
 
 def _sized(
@@ -164,7 +161,7 @@ def _sized(
     scale = Scale.of(base.fitter.replay, {}, {})
     for name in rest:
         probe_of(name, experiment.drive, scale)  # refused before anything is searched for
-    _, seen = seen_by(base.fitter, base.fit, rest, experiment.threads, base)
+    _, seen = seen_by(base.fitter, base.fit, rest, base)
     for one in seen:  # the first shape of each
         name = one.probe.effect
         if name not in found:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Collection, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Any
 
@@ -33,13 +32,11 @@ class Experiment:
     Attributes:
         drive: nominal, with its noise. duration_s: of every motion.
         signals: names of those that the recording will hold, as `replay.SIGNALS` has them.
-        threads: do the replays.
     """
 
     drive: DriveParameters
     duration_s: float
     signals: tuple[str, ...]
-    threads: ThreadPoolExecutor
 
 
 def check_noise(drive: DriveParameters, signals: Collection[str], source: str) -> None:
@@ -71,7 +68,7 @@ def predicted(
     recording = dataclasses.replace(recording, **gone)
     replay = Replay(recording, drive, "the planned motion")
     fitter = Fitter(replay, held_out(replay.time_s))
-    return Base.of(fitter, fitter.nominal, experiment.threads.map, rows)
+    return Base.of(fitter, fitter.nominal, rows)
 
 
 def response(base: Base, one: Hypothesis) -> FloatArray:
@@ -100,11 +97,11 @@ def separations(base: Base, pairs: Sequence[Pair]) -> list[tuple[float, float]]:
     return found
 
 
-def visible(base: Base, names: Collection[str], threads: ThreadPoolExecutor) -> list[Limit]:
+def visible(base: Base, names: Collection[str]) -> list[Limit]:
     """The smallest visible size of effects with the motion that `base` is of."""
     from ..gap.limits.cylinder import least_visible
 
-    _, seen = seen_by(base.fitter, base.fit, names, threads, base)
+    _, seen = seen_by(base.fitter, base.fit, names, base)
     return [one.limit for one in least_visible(seen)]
 
 

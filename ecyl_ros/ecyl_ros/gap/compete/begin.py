@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
-from typing import TypeVar
+from collections.abc import Sequence
+from functools import partial
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from ...effects.catalogue import CATALOGUE
 from ..fit.coordinate import PHASE, is_phase, later
 from ..fit.fit import Fit, Fitter
 from ..replay.evidence import gather
+from ..side_by_side import side_by_side
 from .promise import Promises
 from .ringing import Ringing
 from .strain import effect_of, strains
@@ -22,20 +23,13 @@ _PULLED_OUT = 4.0
 _SMALL = 0.1
 _HELPS = 0.5  # share of the cost below which a start counts as on the way
 
-Job = TypeVar("Job")
-Found = TypeVar("Found")
-Map = Callable[[Callable[[Job], Found], Iterable[Job]], Iterable[Found]]
-
 
 class Beginnings:
-    """Starts of effects, replayed once each.
+    """Starts of effects, replayed once each."""
 
-    side_by_side: does replays.
-    """
-
-    def __init__(self, fitter: Fitter, promises: Promises, side_by_side: Map) -> None:
-        self.fitter, self.promises, self._map = fitter, promises, side_by_side
-        self._ringing = Ringing(fitter, side_by_side)
+    def __init__(self, fitter: Fitter, promises: Promises) -> None:
+        self.fitter, self.promises = fitter, promises
+        self._ringing = Ringing(fitter)
 
     def upon(self, base: Fit, names: Sequence[str], most: int) -> list[Fit]:
         """`base` with one more effect, at up to `most` starts that the recording suggests."""
@@ -64,7 +58,7 @@ class Beginnings:
             return fit
 
         self.promises.upon(base)  # worked out before threads ask for it
-        return self._out_of_sheet(base, names) + list(self._map(begin, jobs))
+        return self._out_of_sheet(base, names) + side_by_side(begin, jobs)
 
     def _out_of_sheet(self, base: Fit, names: Sequence[str]) -> list[Fit]:
         """`base` with the effect of a strained constant, where all go once that one is free."""
@@ -103,9 +97,11 @@ class Beginnings:
         # Less what the sheet could do as well: over a short way a line looks like a wrong lead.
         if all_round and min(upon.promise(one).score for one in tried) > _HELPS * base.fitted:
             # Not a linear matter (a load that rattles in its clearance): the phases all round.
-            for quarters in (0.5, 1.5, 2.0, 2.5, 3.0, 3.5):
-                moved = later(given, 0.5 * math.pi * quarters)
-                tried.append(self.fitter.evaluate({**base.values, name: moved}, base.pulls))
+            others = [
+                {**base.values, name: later(given, 0.5 * math.pi * quarters)}
+                for quarters in (0.5, 1.5, 2.0, 2.5, 3.0, 3.5)
+            ]
+            tried += side_by_side(partial(self.fitter.evaluate, pulls=base.pulls), others)
         return min(tried, key=lambda one: upon.promise(one).score)
 
 

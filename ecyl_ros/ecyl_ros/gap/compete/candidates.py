@@ -10,14 +10,13 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor
-from typing import TypeVar
 
 from ...effects.catalogue import CATALOGUE, MODULES
 from ..fit.descent import approach, close_in, polish, sheet_alone, unbent
 from ..fit.fit import Fit, Fitter
 from ..fit.robust import misfit
 from ..fit.stages import MEDIUM
+from ..side_by_side import side_by_side
 from .begin import Beginnings
 from .chained import chained
 from .earn import AT_FLOOR
@@ -50,9 +49,6 @@ _SHAKEN_LOOSE = 0.8  # times the least cost of a silent replay
 _ENOUGH_WORK_PER_S = 2.2e8
 _SHEET_STEPS = 12  # of the sheet alone at the most, in each stage
 
-Job = TypeVar("Job")
-Found = TypeVar("Found")
-
 
 class Candidates:
     """Effects `names` on one recording, and what is known of them so far.
@@ -61,17 +57,16 @@ class Candidates:
     effects.
     """
 
-    def __init__(self, fitter: Fitter, names: Sequence[str], threads: ThreadPoolExecutor) -> None:
+    def __init__(self, fitter: Fitter, names: Sequence[str]) -> None:
         self.fitter = fitter
         self.names = list(names)
-        self._threads = threads
-        self._found_null(sheet_alone(fitter, fitter.nominal, _SHEET_STEPS, threads.map))
+        self._found_null(sheet_alone(fitter, fitter.nominal, _SHEET_STEPS))
 
     def _found_null(self, null: Fit) -> None:
         self.null = null
         self.library: list[Fit] = []
         self._promises = Promises(self.fitter, null)
-        self._beginnings = Beginnings(self.fitter, self._promises, self._threads.map)
+        self._beginnings = Beginnings(self.fitter, self._promises)
 
     def sheet_from(self, fit: Fit) -> bool:
         """Whether the sheet alone does better from where a constant's effect has led it.
@@ -82,7 +77,7 @@ class Candidates:
         if not fit.names or any(CATALOGUE[name].constant is None for name in fit.names):
             return False
         start = self.fitter.without(fit, fit.names)
-        found = sheet_alone(self.fitter, start, _SHEET_STEPS, self._threads.map)
+        found = sheet_alone(self.fitter, start, _SHEET_STEPS)
         if found.fitted > _BETTER * self.null.fitted:
             return False
         self._found_null(found)
@@ -97,10 +92,6 @@ class Candidates:
         replay = self.fitter.replay
         return replay.work > _ENOUGH_WORK_PER_S * float(replay.time_s[-1])
 
-    def map(self, work: Callable[[Job], Found], jobs: Iterable[Job]) -> list[Found]:
-        """Do work side by side."""
-        return list(self._threads.map(work, jobs))
-
     def starts(self, base: Fit, names: Iterable[str], most: int) -> list[Fit]:
         """`base` with one more effect, at up to `most` starts that the recording suggests."""
         return self._beginnings.upon(base, list(names), most)
@@ -112,7 +103,7 @@ class Candidates:
         """
 
         def approached(some: Sequence[Fit]) -> list[Fit]:
-            return self.map(lambda one: approach(self.fitter, one, self.null), some)
+            return side_by_side(lambda one: approach(self.fitter, one, self.null), some)
 
         near = approached(fits[:_LEADERS])
         reach = BEHIND * min(one.fitted for one in near)
@@ -122,7 +113,7 @@ class Candidates:
         reach = BEHIND * min(one.fitted for one in near)
         ahead = [one for one in near if one.fitted <= reach]
         left += [one for one in near if one.fitted > reach]
-        closer = self.map(lambda one: close_in(self.fitter, one, self.null), ahead)
+        closer = side_by_side(lambda one: close_in(self.fitter, one, self.null), ahead)
         return sorted(closer + left, key=lambda one: one.fitted)
 
     def searched(self, fits: Sequence[Fit]) -> list[Fit]:
@@ -143,7 +134,7 @@ class Candidates:
 
     def polish(self, fits: Sequence[Fit]) -> list[Fit]:
         """Fit each to the end, with the parameters that only shape its effects."""
-        return self.map(lambda one: polish(self.fitter, one, _POLISHING), fits)
+        return side_by_side(lambda one: polish(self.fitter, one, _POLISHING), fits)
 
     def _afresh(self, polished: list[Fit]) -> list[Fit]:
         """With the first, where it leaves more than the floor, fitted from an unbent sheet, too."""
@@ -178,7 +169,7 @@ class Candidates:
         return sorted(polished + fitted[len(polished) :] + rest, key=lambda one: one.fitted)
 
     def _sized(self, promises: Sequence[Promise]) -> list[Fit]:
-        return self.map(self._promises.sized, promises)
+        return side_by_side(self._promises.sized, promises)
 
     def larger(self, firsts: Sequence[Fit], singles: Sequence[Fit]) -> list[Fit]:
         """Sets with one effect more than `firsts` have, fitted; best first.
@@ -192,12 +183,12 @@ class Candidates:
             keys = {frozenset(one.names) for one in sets}
             pairs = self._promises.pairs(self.library, _KEPT_SETS + _KEPT_RESPONSES)
             pairs = [one for one in pairs if frozenset(one[1]) not in keys][:_KEPT_RESPONSES]
-            sets += self.map(lambda pair: self.fitter.evaluate(pair[1], self.null.pulls), pairs)
+            sets += side_by_side(lambda pair: self.fitter.evaluate(pair[1], self.null.pulls), pairs)
             promised += [left for left, _ in pairs]
             # Causes that hide each other stand in for each other: both come near alone.
             near = [one for one in singles if one.fitted <= BEHIND * singles[0].fitted]
-            both = joined(self.fitter, near, self.map)[:_KEPT_JOINED]
-            both += chained(self.fitter, self.null, self.names, self.map)[:_KEPT_CHAINED]
+            both = joined(self.fitter, near)[:_KEPT_JOINED]
+            both += chained(self.fitter, self.null, self.names)[:_KEPT_CHAINED]
             sets += both
             promised += [one.fitted for one in both]
         return self._best_of(sets, promised)
@@ -222,7 +213,7 @@ class Candidates:
             promised: the cost that each might reach; those that promised less than the best search
                 leaves are searched, too, and pairs that come to far more than either effect alone.
         """
-        glimpsed = self.map(
+        glimpsed = side_by_side(
             lambda one: self.fitter.fit(one, steps=2, stage=MEDIUM, known=self.null), sets
         )
         promise = {id(one): score for one, score in zip(glimpsed, promised, strict=True)}
@@ -330,7 +321,7 @@ class Candidates:
         names = [name for name in self.names if any(hasattr(MODULES[name], port) for port in ports)]
         silent = self.starts(self.null, names, STARTS)
         replay.shake()
-        shaken = self.map(lambda one: self.fitter.evaluate(one.values, one.pulls), silent)
+        shaken = side_by_side(lambda one: self.fitter.evaluate(one.values, one.pulls), silent)
         replay.calm()
         nearest = min(one.fitted for one in [self.null, *silent])
         return any(one.fitted < _SHAKEN_LOOSE * nearest for one in shaken)

@@ -16,19 +16,18 @@ from ...effects.effect import Evidence
 from ..fit.coordinate import is_phase
 from ..fit.fit import Fit, Fitter, Values
 from ..replay.evidence import gather
+from ..side_by_side import side_by_side
 from .begin import possible
-from .joint import Map
 
 _BLOCKS = ("motor_mechanical", "load")  # whose effects are torques on rotor or load
 
 
-def chained(fitter: Fitter, base: Fit, names: Sequence[str], side_by_side: Map) -> list[Fit]:
+def chained(fitter: Fitter, base: Fit, names: Sequence[str]) -> list[Fit]:
     """Sets of two effects of torque upon `base`, each where it starts, best first.
 
     Args:
         base: the sheet alone.
         names: effects that compete.
-        side_by_side: does the replays.
     """
     replay = fitter.replay.at(fitter.sheet.constants(base.pulls))
     evidence = gather(replay, base.values)

@@ -16,14 +16,12 @@
 from __future__ import annotations
 
 import functools
-import os
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 from ..fit.fit import Fit, Fitter
 from .candidates import Candidates
-from .earn import at_noise, earns
+from .earn import at_noise, earns, surely_at_noise
 from .forms import Forms
 
 _FIRSTS = 2  # single effects that sets are built upon
@@ -62,14 +60,10 @@ def compete(fitter: Fitter, nominal: Fit, names: Sequence[str], report: Report) 
 
     report: takes a stage and the share done.
     """
-    with ThreadPoolExecutor(os.cpu_count() or 1) as threads:
-        return _compete(Candidates(fitter, names, threads), nominal, report)
-
-
-def _compete(field: Candidates, nominal: Fit, report: Report) -> Competition:
-    fitter, forms = field.fitter, Forms(field)
+    field = Candidates(fitter, names)
+    forms = Forms(field)
     fitter.test_floor(field.null)
-    if field.null is not nominal and at_noise(fitter, field.null):
+    if field.null is not nominal and surely_at_noise(fitter, field.null):
         return Competition(nominal, field.null, (), field.null, (), {})
     if field.shaken_loose():
         fitter.replay.shake()
@@ -81,6 +75,8 @@ def _compete(field: Candidates, nominal: Fit, report: Report) -> Competition:
     null = field.null
     if singles:
         fitter.test_floor(singles[0])
+    if null is not nominal and at_noise(fitter, null):
+        return Competition(nominal, null, (), null, (), {})
     winner = null
     rivals: list[Fit] = []
     pool = list(singles)
@@ -91,7 +87,7 @@ def _compete(field: Candidates, nominal: Fit, report: Report) -> Competition:
     # Sets of two are built upon single effects, even where one was told as two simpler ones.
     firsts = singles[:_FIRSTS] if len(best.names) > 1 else [best, *_others(singles, best)][:_FIRSTS]
     size, unsearched = 2, 0
-    while not at_noise(fitter, best) and size <= _MOST_EFFECTS and firsts:
+    while not _enough(fitter, best, size) and size <= _MOST_EFFECTS and firsts:
         if size > 2 and field.costly():
             unsearched = size
             break
@@ -120,6 +116,11 @@ def _compete(field: Candidates, nominal: Fit, report: Report) -> Competition:
     winner, without = _pruned(field, field.settled(winner), pool)
     rivals.sort(key=lambda one: one.judged)
     return Competition(nominal, null, tuple(singles), winner, tuple(rivals), without, unsearched)
+
+
+def _enough(fitter: Fitter, best: Fit, size: int) -> bool:
+    """Whether no set of `size` is needed; one of two may show that the floor is lower."""
+    return surely_at_noise(fitter, best) if size == 2 else at_noise(fitter, best)
 
 
 def _others(fits: Sequence[Fit], best: Fit) -> list[Fit]:

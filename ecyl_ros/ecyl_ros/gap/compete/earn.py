@@ -21,6 +21,11 @@ def at_noise(fitter: Fitter, fit: Fit) -> bool:
     return near and most_strained(fit, fitter) is None
 
 
+def surely_at_noise(fitter: Fitter, fit: Fit) -> bool:
+    """`at_noise`, and no closer fit could prove the floor too high."""
+    return at_noise(fitter, fit) and not fitter.floor_unsure
+
+
 def gone(fitter: Fitter, fit: Fit) -> float:
     """Share of the squared misfit above a perfect nominal model's that a fit removes."""
     perfect = fitter.perfect**2

@@ -13,6 +13,7 @@ from itertools import product
 from ...effects.catalogue import CATALOGUE
 from ..fit.fit import Fit
 from ..fit.stages import MEDIUM
+from ..side_by_side import side_by_side
 from .candidates import BEHIND, SEARCHED_SETS, STARTS, Candidates
 from .earn import at_noise, earns
 
@@ -95,7 +96,7 @@ class Forms:
                 shared = _shared(form, best.values[plain[0]])
                 shape = {key: value for key, value in shared.items() if key not in told}
                 started += self._kept(self.field.starts(rest, [form], STARTS), form, shape)
-        glimpsed = self.field.map(
+        glimpsed = side_by_side(
             lambda one: self.fitter.fit(one, steps=2, stage=MEDIUM, known=self.field.null), started
         )
         searched = self.field.searched(sorted(glimpsed, key=lambda one: one.fitted)[:SEARCHED_SETS])
@@ -124,7 +125,7 @@ class Forms:
         """Starts of an effect with parameters that it has in common with another's."""
         if not shared:
             return list(started)
-        return self.field.map(
+        return side_by_side(
             lambda one: self.fitter.evaluate(
                 {**one.values, name: {**one.values[name], **shared}}, one.pulls
             ),

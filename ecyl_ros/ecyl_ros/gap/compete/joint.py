@@ -10,18 +10,17 @@ alone.
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Sequence
 from itertools import combinations, product
 
 from ...drive.parameters import DriveParameters
 from ...effects.catalogue import CATALOGUE
 from ..fit.fit import Fit, Fitter, Values
+from ..side_by_side import side_by_side
 
 _SINGLES = 7  # that are joined, the best
 _SHARES = (0.25, 0.5, 0.75, 1.0)  # of the size alone
 _LEAST = 0.8  # that the shares of two must come to
-
-Map = Callable[[Callable[[Values], Fit], Iterable[Values]], list[Fit]]
 
 
 def resized(single: Fit, size: float, drive: DriveParameters) -> Values:
@@ -30,12 +29,11 @@ def resized(single: Fit, size: float, drive: DriveParameters) -> Values:
     return {name: CATALOGUE[name].scaled(single.values[name], size, drive)}
 
 
-def joined(fitter: Fitter, singles: Sequence[Fit], side_by_side: Map) -> list[Fit]:
+def joined(fitter: Fitter, singles: Sequence[Fit]) -> list[Fit]:
     """Sets of two of the best single effects in the shares that leave least, best first.
 
     Args:
         singles: fits of one effect each, best first.
-        side_by_side: does the replays.
     """
     drive = fitter.replay.drive
     # A general case of another effect here would only be the same again with more freedom.

@@ -8,9 +8,7 @@ it leads into the neighbourhood, where a dense row of replays finds the valley.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
 from functools import cached_property
-from typing import Protocol, TypeVar
 
 import numpy as np
 from scipy.signal import welch
@@ -18,6 +16,7 @@ from scipy.signal import welch
 from ...effects.catalogue import CATALOGUE
 from ..fit.fit import Fit, Fitter, Values
 from ..replay.replay import FloatArray, Replay
+from ..side_by_side import side_by_side
 
 _SIGNALS = ("rotor_velocity", "current_q", "voltage_q", "rotor_position", "rod_position")
 _WINDOW_S = 0.25
@@ -35,23 +34,12 @@ _CLOSE = np.linspace(-8e-4, 8e-4, 9)
 _ENOUGH = 0.25  # share of the power of what is to be heard that is listened to
 _SHORTEST_S = 2.0
 
-Found = TypeVar("Found")
-
-
-class Map(Protocol):
-    """Does a piece of work for each of many values, side by side; results in their order."""
-
-    def __call__(
-        self, work: Callable[[float], Found], values: Iterable[float], /
-    ) -> Iterable[Found]: ...
-
 
 class Ringing:
     """Looks for the delay with which the replay rings as the recording does."""
 
-    def __init__(self, fitter: Fitter, side_by_side: Map) -> None:
+    def __init__(self, fitter: Fitter) -> None:
         self._fitter = fitter
-        self._side_by_side = side_by_side
         replay = fitter.replay
         names = [one.name for one in replay.signals]
         self._row = next(names.index(name) for name in _SIGNALS if name in names)
@@ -117,7 +105,7 @@ class Ringing:
         first = name not in self._heard
         grid = _GRID / self._fitter.replay.drive.controller.rate
         if self._rung is None or self._rung[0] is not base:
-            self._rung = base, np.array(list(self._side_by_side(heard, grid.tolist())))
+            self._rung = base, np.array(side_by_side(heard, grid.tolist()))
         unlike = self._rung[1]  # the loop swings alike, wherever on its way round it is late
         if first:
             nominal = self._unlike(self._part.gap({}))
@@ -131,9 +119,9 @@ class Ringing:
         for best in hollows.tolist():
             low, high = grid[max(best - 1, 0)], grid[min(best + 1, len(grid) - 1)]
             finer += np.linspace(low, high, _FINER).tolist()
-        centre = finer[int(np.argmin(list(self._side_by_side(heard, finer))))]
+        centre = finer[int(np.argmin(side_by_side(heard, finer)))]
         for offsets in (_ROW, _CLOSE):
-            row = list(self._side_by_side(tried, (centre * (1.0 + offsets)).tolist()))
+            row = side_by_side(tried, (centre * (1.0 + offsets)).tolist())
             found = min(row, key=lambda one: one.fitted)
             centre = found.values[name][quantity.name]
         if first:  # a likeness that takes nothing off is not worth a look beside other effects

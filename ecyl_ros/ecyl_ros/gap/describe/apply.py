@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import os
 from collections.abc import Callable
 
 import numpy as np
@@ -29,7 +28,7 @@ def with_description(
     """The diagnosis; where it is `unexplained` and a law holds on unseen data, `described`."""
     if diagnosis.verdict != "unexplained":
         return diagnosis
-    found = describe(fitter, competition, os.cpu_count() or 1, tell)
+    found = describe(fitter, competition, tell)
     return diagnosis if found is None else described(diagnosis, found, fitter)
 
 

@@ -12,7 +12,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,7 +20,6 @@ from ...drive.law import PERIODS
 from ..compete.compete import Competition
 from ..compete.earn import earns
 from ..fit.fit import Fit, Fitter
-from ..fit.newton import Map
 from ..fit.robust import misfit
 from ..judge.verdict import HELPS
 from ..locate.locate import pooled
@@ -86,13 +84,13 @@ class Described:
 
 
 def describe(
-    fitter: Fitter, competition: Competition, threads: int, tell: Callable[[float], None]
+    fitter: Fitter, competition: Competition, tell: Callable[[float], None]
 ) -> Described | None:
     """The law that describes the gap; None where there is none, or none can be known.
 
     Args:
         fitter: of the recording. competition: in which nothing earned its place.
-        threads: replays side by side. tell: called with the share done.
+        tell: called with the share done.
     """
     replay, sheet = fitter.replay, fitter.sheet
     if replay.drive.learned is not None:
@@ -111,10 +109,7 @@ def describe(
     if not candidates:
         return None
     candidates.sort(key=lambda one: (-len(_COVERS[one.port] & broken), one.begun.fitted))
-    with ThreadPoolExecutor(threads) as pool:
-        played, chosen, alike = _in_loop(
-            fitter, candidates, pool.map, lambda share: tell(0.45 + 0.5 * share)
-        )
+    played, chosen, alike = _in_loop(fitter, candidates, lambda share: tell(0.45 + 0.5 * share))
     null = competition.sheet
     if not (earns(fitter, as_fit(played), null) and _helps(fitter, played, null)):
         return None
@@ -130,7 +125,6 @@ def describe(
 def _in_loop(
     fitter: Fitter,
     candidates: list[_Candidate],
-    side_by_side: Map,
     tell: Callable[[float], None],
 ) -> tuple[Played, _Candidate, tuple[str, ...]]:
     """The law that brings the replay nearest, and the ports that it comes as near at.
@@ -143,13 +137,12 @@ def _in_loop(
     for number, size in enumerate(sizes):
         own = [one for one in candidates if len(one.guess.of) == size][:_PLAYED]
         roughly = [
-            (play(fitter, one.guess, one.port, one.begun.pulls, side_by_side, ROUGHLY), one)
-            for one in own
+            (play(fitter, one.guess, one.port, one.begun.pulls, ROUGHLY), one) for one in own
         ]
         tell((number + 0.5) / len(sizes))
         nearest, chosen = min(roughly, key=lambda one: one[0].fitted)
         if found is None or nearest.fitted < found[0].fitted:
-            closer = _closely(fitter, nearest, chosen, side_by_side)
+            closer = _closely(fitter, nearest, chosen)
             if found is None or earns(fitter, as_fit(closer), as_fit(found[0])):
                 found = (closer, chosen, _alike(roughly, nearest, chosen))
         tell((number + 1) / len(sizes))
@@ -159,10 +152,10 @@ def _in_loop(
     return found
 
 
-def _closely(fitter: Fitter, nearest: Played, one: _Candidate, side_by_side: Map) -> Played:
+def _closely(fitter: Fitter, nearest: Played, one: _Candidate) -> Played:
     """A law that was fitted roughly, as near as it goes."""
     begun = one.guess.with_values(np.array(nearest.law.values))
-    return play(fitter, begun, one.port, nearest.pulls, side_by_side)
+    return play(fitter, begun, one.port, nearest.pulls)
 
 
 def _alike(

@@ -18,7 +18,7 @@ from scipy.linalg import eigh
 from ...drive.law import Law
 from ..compete.earn import AT_FLOOR
 from ..fit.fit import CONVERGED, Fitter
-from ..fit.newton import Differences, Map, Objective, descend
+from ..fit.newton import Differences, Objective, descend
 from ..fit.robust import LOSS_SCALE, cost
 from ..fit.stages import COARSE, EXACT, FINE, MEDIUM, Stage
 from ..judge.intervals import FORM, quantile, spreads
@@ -116,14 +116,13 @@ def play(
     guess: Guess,
     port: str,
     pulls: FloatArray,
-    side_by_side: Map = map,
     how: Sequence[tuple[Stage, int]] = CLOSELY,
 ) -> Played:
     """Fit a regressed law in closed loop at a port.
 
     Args:
         fitter: of the recording. guess: the law to begin with. port: where it is played.
-        pulls: float64[k], of the sheet, to begin with. side_by_side: does replays.
+        pulls: float64[k], of the sheet, to begin with.
         how: as near as it goes, or `ROUGHLY`, as far as a comparison of ports needs.
     """
     sheet, rows = fitter.sheet, fitter.rows
@@ -183,7 +182,7 @@ def play(
             slopes,
             range(size),
             range(size),
-            Differences(steps, stage.central, side_by_side),
+            Differences(steps, stage.central),
             most=most,
             least=CONVERGED,
         )

@@ -7,7 +7,6 @@ import dataclasses
 from ..replay.replay import FloatArray
 from .coordinate import is_phase
 from .fit import CONVERGED, Fit, Fitter, coordinates_of
-from .newton import Map
 from .stages import COARSE, EXACT, FINE, MEDIUM, Stage
 from .valley import along, near_floor, shaped, turned
 
@@ -18,7 +17,7 @@ _AFRESH = 8  # steps at the most in each stage of a fit from the sheet as it is
 _PRICE_MATTERS = 3.0  # times a perfect model's cost
 
 
-def sheet_alone(fitter: Fitter, start: Fit, steps: int, side_by_side: Map) -> Fit:
+def sheet_alone(fitter: Fitter, start: Fit, steps: int) -> Fit:
     """The model without effects with its constants fitted from `start`, from coarse to fine.
 
     steps: at the most in each stage.
@@ -26,7 +25,7 @@ def sheet_alone(fitter: Fitter, start: Fit, steps: int, side_by_side: Map) -> Fi
     best = start
     slopes: dict[Stage, FloatArray] = {}
     for stage in (COARSE, MEDIUM, FINE, EXACT):
-        best = fitter.fit(best, steps=steps, stage=stage, side_by_side=side_by_side)
+        best = fitter.fit(best, steps=steps, stage=stage)
         slopes |= best.slopes
     return dataclasses.replace(best, slopes=slopes) if slopes else best
 

@@ -20,7 +20,7 @@ from ..replay.hidden import Hidden
 from ..replay.replay import BoolArray, FloatArray, Replay
 from ..sheet import PULL_PRICE, Sheet
 from .coordinate import Coordinate, is_phase, quantities
-from .newton import Differences, Map, Objective, descend
+from .newton import Differences, Objective, descend
 from .robust import LOSS_SCALE, cost
 from .stages import FINE, Stage
 from .torque_scale import TorqueScale
@@ -29,6 +29,7 @@ Values = dict[str, dict[str, float]]  # {effect: {parameter: value}}
 
 _ALMOST = 1.05  # times a perfect model's misfit: what leaves no more needs no excuse
 _NOISIEST = 4.0  # times a perfect model's misfit: no effect excuses more
+_WHITE = math.sqrt(0.85)  # robust misfit of white noise at the floor
 _REFUTED = 0.5  # of a perfect model's cost: one draw of impacts hardly leaves twice another's
 _AMPLIFIED = 1.2  # times a perfect model's misfit: from here on noise counts as amplified
 CONVERGED = 0.02  # fall of the objective below which a fit has ended
@@ -101,7 +102,7 @@ class Fitter:
 
     def _perfect(self) -> float:
         """Robust misfit of a perfect model: 0.92 for white noise at the floor."""
-        return math.sqrt(max(cost(self.replay.healthy, self.replay.usable), 0.85))
+        return max(math.sqrt(cost(self.replay.healthy, self.replay.usable)), _WHITE)
 
     def test_floor(self, fit: Fit) -> None:
         """Find the floor again where a fit leaves far less than it: noise is not in the loop then.
@@ -112,6 +113,16 @@ class Fitter:
         if self.replay.noise_in_loop and fit.left < _REFUTED * self.perfect**2:
             self.replay.keep_noise_out_of_the_loop()
             self.perfect = self._perfect()
+
+    @property
+    def floor_unsure(self) -> bool:
+        """Whether the floor rests on noise in the loop that no recorded command tells of.
+
+        What that noise does round the loop may then be less, down to none of it.
+        """
+        told = any(one.name == "voltage_q" for one in self.replay.signals)
+        amplified = self.perfect > _AMPLIFIED * _WHITE
+        return self.replay.noise_in_loop and amplified and not told
 
     @cached_property
     def nominal(self) -> Fit:
@@ -214,7 +225,6 @@ class Fitter:
         stage: Stage = FINE,
         least: float = CONVERGED,
         known: Fit | None = None,
-        side_by_side: Map = map,
     ) -> Fit:
         """Fit from `start`, in at most `steps` steps; see `newton`.
 
@@ -226,7 +236,6 @@ class Fitter:
             stage: how it looks at the gap.
             least: fall of the objective below which the fit has ended.
             known: a fit whose derivatives by the sheet are used, where it has any of this stage.
-            side_by_side: does the replays of one derivative.
         """
         coordinates = coordinates_of(start, nuisances=nuisances)
         pulled = np.flatnonzero(self.sheet.free(start.values))
@@ -279,9 +288,7 @@ class Fitter:
             slopes,
             wanted,
             range(count, size),
-            Differences(
-                np.array(by_size + [stage.pulled] * len(pulled)), stage.central, side_by_side
-            ),
+            Differences(np.array(by_size + [stage.pulled] * len(pulled)), stage.central),
             most=steps,
             least=least,
             mended=None if scale is None else scale.taken_out,

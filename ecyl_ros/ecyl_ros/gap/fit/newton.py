@@ -8,13 +8,14 @@ are damped where they leave more (Levenberg).
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Iterable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.linalg import LinAlgError, cho_factor, cho_solve
 
 from ..replay.replay import FloatArray
+from ..side_by_side import side_by_side
 from .gram import weighted_products
 from .robust import robust_mean_square, robust_weights
 
@@ -24,8 +25,6 @@ _KEPT_PROMISE = 0.75  # share of the promised fall from which derivatives that l
 _GOOD_STEP = 0.25  # share of the promised fall from which the next damping is not tried
 _SLOW = 0.5  # of the last step's promise: near its end a fit promises less and less
 _LONGEST = 64.0  # times a step, doubled as long as that leaves less
-
-Map = Callable[[Callable[[int], FloatArray], Iterable[int]], Iterable[FloatArray]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,11 +65,10 @@ class Objective:
 
 @dataclass(frozen=True)
 class Differences:
-    """How derivatives are taken: steps float64[k], both ways if central; side by side by `map`."""
+    """How derivatives are taken: steps float64[k], both ways if central."""
 
     steps: FloatArray
     central: bool
-    map: Map
 
 
 def descend(
@@ -173,7 +171,7 @@ def _differentiate(
         moved[index] -= 2.0 * turns[index]
         return (ahead - objective.residual(moved)) / (2.0 * turns[index])
 
-    for index, found in zip(wanted, differences.map(slope, wanted), strict=True):
+    for index, found in zip(wanted, side_by_side(slope, wanted), strict=True):
         slopes[index] = found
 
 

@@ -15,6 +15,7 @@ from ...drive.compiled import called
 from ..replay.replay import BoolArray, FloatArray
 
 _LARGE = 1e100  # a product of squares is taken its logarithm of before it overflows
+_SMALL = 1e-9  # its logarithm differs from it by half of this share
 LOSS_SCALE = 3.0  # in noise floors: beyond it a difference counts less than its square
 
 
@@ -28,13 +29,18 @@ def robust_squares(values: FloatArray, scale: float = LOSS_SCALE) -> FloatArray:
 def _sum_of_logarithms(values, counted, scale):
     """Sum of log(1 + (value / scale)^2) over the columns that are `counted`.
 
-    values: float64[k, n]. counted: bool[n]. Few logarithms, of products.
+    values: float64[k, n]. counted: bool[n]. Few logarithms, of products: what is small beside 1 is
+    rounded off in them, and is added up by itself.
     """
     total, product, per = 0.0, 1.0, 1.0 / (scale * scale)
     for row in range(values.shape[0]):
         for column in range(values.shape[1]):
             if counted[column]:
-                product *= 1.0 + values[row, column] ** 2 * per
+                square = values[row, column] ** 2 * per
+                if square < _SMALL:
+                    total += square
+                    continue
+                product *= 1.0 + square
                 if not product < _LARGE:
                     total += math.log(product)
                     product = 1.0

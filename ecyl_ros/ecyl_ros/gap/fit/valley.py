@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 from scipy.optimize import minimize_scalar
 
 from ...effects.catalogue import CATALOGUE
 from ...effects.effect import Quantity
+from ..side_by_side import side_by_side
 from .coordinate import PHASE, Coordinate, later
 from .fit import Fit, Fitter
 
@@ -68,13 +71,13 @@ def turned(fitter: Fitter, start: Fit) -> Fit:
     end = max(float(one.time_s[-1]) for one in fitter.replay.parts)
     for name, given in start.values.items():
         for frequency in [one.name for one in CATALOGUE[name].parameters if one.unit == "Hz"]:
-            centre = best.values[name]
+            others = []
             for offset in np.linspace(-0.3, 0.3, 13) / end:
-                other = later({**given, **centre}, -np.pi * offset * end)
+                other = later({**given, **best.values[name]}, -np.pi * offset * end)
                 other[frequency] += offset
-                tried = fitter.evaluate({**best.values, name: other}, best.pulls)
-                if tried.fitted < best.fitted:
-                    best = tried
+                others.append({**best.values, name: other})
+            tried = side_by_side(partial(fitter.evaluate, pulls=best.pulls), others)
+            best = min([best, *tried], key=lambda one: one.fitted)
     return best
 
 
@@ -87,14 +90,13 @@ def shaped(fitter: Fitter, start: Fit) -> Fit:
     for name in start.values:
         for one in _shapes(name):
             middle = best.values[name][one.name]
-            costs = [best.fitted]
-            for factor in _SHAPES:
-                value = min(max(middle * factor, one.low), one.high)
-                values = {**best.values, name: {**best.values[name], one.name: value}}
-                tried = fitter.evaluate(values, best.pulls)
-                costs.append(tried.fitted)
-                if tried.fitted < best.fitted:
-                    best = tried
+            shapes = [min(max(middle * factor, one.low), one.high) for factor in _SHAPES]
+            others = [
+                {**best.values, name: {**best.values[name], one.name: shape}} for shape in shapes
+            ]
+            tried = side_by_side(partial(fitter.evaluate, pulls=best.pulls), others)
+            costs = [best.fitted, *(other.fitted for other in tried)]
+            best = min([best, *tried], key=lambda other: other.fitted)
             matters = max(costs) - min(costs) > _MATTERS * min(costs)
             if matters and not near_floor(best, fitter):
                 value = best.values[name][one.name]

@@ -6,9 +6,8 @@ recording: what a linear look needs, however many effects are asked for.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,13 +17,12 @@ from ..fit.coordinate import Coordinate, is_phase, quantities
 from ..fit.fit import Fit, Fitter
 from ..replay.replay import BoolArray, FloatArray
 from ..sheet import PULL_PRICE
+from ..side_by_side import side_by_side
 from .probes import Probe, Values, rows_of
 
 _ROWS = 3000  # of each signal at the most: more say no more of a ratio
 _PULL = 0.5  # tolerances: as far as a sound machine's constant usually lies off
 _STEP = 0.05  # of a found parameter, in its coordinate
-
-Map = Callable[[Callable[[Any], Any], Iterable[Any]], Iterable[Any]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,11 +42,10 @@ class Base:
     free: FloatArray
     precision: FloatArray
     pulled: tuple[int, ...]
-    side_by_side: Map
 
     @classmethod
-    def of(cls, fitter: Fitter, fit: Fit, side_by_side: Map = map, most: int | None = None) -> Base:
-        """About a fit; side_by_side: does the replays. most: rows of each signal."""
+    def of(cls, fitter: Fitter, fit: Fit, most: int | None = None) -> Base:
+        """About a fit; most: rows of each signal."""
         sheet = fitter.sheet
         rows = rows_of(fitter.replay, most or _ROWS)
         pulled = np.flatnonzero(sheet.free(fit.values)).tolist()
@@ -81,9 +78,9 @@ class Base:
             made: FloatArray = ((before - gap[:, rows]) / step).ravel()
             return made
 
-        free = np.array(list(side_by_side(column, jobs))).reshape(len(jobs), before.size)
+        free = np.array(side_by_side(column, jobs)).reshape(len(jobs), before.size)
         precision = np.array([PULL_PRICE] * len(pulled) + [0.0] * len(causes))
-        return cls(fitter, fit, rows, free, precision, (*pulled, *[-1] * len(causes)), side_by_side)
+        return cls(fitter, fit, rows, free, precision, (*pulled, *[-1] * len(causes)))
 
     @property
     def held(self) -> BoolArray:

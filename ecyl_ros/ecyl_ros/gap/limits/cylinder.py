@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Collection, Sequence
-from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
 from ...effects.catalogue import CATALOGUE
 from ..fit.fit import Fit, Fitter
+from ..side_by_side import side_by_side
 from .chance import CHANCE, Machines, Visible
 from .columns import Base
 from .limit import Alike, Limit
@@ -31,19 +30,18 @@ def seen_by(
     fitter: Fitter,
     fit: Fit,
     names: Collection[str],
-    threads: ThreadPoolExecutor,
     known: Base | None = None,
 ) -> tuple[Base, list[Seen]]:
     """The smallest visible size of each effect in every shape, about a fit.
 
     known: the base of this fit, where it is at hand.
     """
-    base = known or Base.of(fitter, fit, threads.map)
+    base = known or Base.of(fitter, fit)
     machines = Machines.drawn(base)
     scale = Scale.of(fitter.replay, fit.values, fitter.sheet.constants(fit.pulls))
     drive = fitter.replay.nominal
     asked = [one for name in names for one in probes(name, drive, scale)]
-    return base, list(threads.map(lambda one: _smallest(machines, one), asked))
+    return base, side_by_side(lambda one: _smallest(machines, one), asked)
 
 
 def limits_of(
@@ -55,8 +53,7 @@ def limits_of(
     """
     taken = {*fit.names, *without}
     names = [name for name in CATALOGUE if name not in taken]
-    with ThreadPoolExecutor(os.cpu_count() or 1) as threads:
-        base, found = seen_by(fitter, fit, names, threads)
+    base, found = seen_by(fitter, fit, names)
     return tuple(one.limit for one in least_visible(found)), alike(base, least_visible(found))
 
 
