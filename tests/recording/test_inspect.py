@@ -108,7 +108,7 @@ def test_the_proposed_map_reads_the_recording(tmp_path: Path, kind: str) -> None
     np.testing.assert_array_equal(recording.reference_position_m, expected)
     measured = recording.rod_position_m
     assert min(np.abs(measured - expected).max(), np.abs(measured - expected - 1e-5).max()) < 1e-12
-    assert recording.has("rotor_torque_nm")
+    assert recording.has("rod_force_n")
 
 
 def test_our_own_topics_are_recognised(tmp_path: Path) -> None:
