@@ -86,7 +86,12 @@ def assembled(
         duration_s=sum(one.duration_s for one in recordings),
         rate_hz=min(one.rate_hz for one in recordings),
         measured=(
-            *measured(balance, along, whole if named else contest.base, named=named),
+            *measured(
+                balance,
+                along,
+                whole if named else contest.base,
+                named={one.key for one in order} if named else (),
+            ),
             *played.measured,
         ),
         floor_is=judgement.floor_is,
