@@ -20,6 +20,7 @@ from .judge import Judgement, Ruling
 from .locate import by_condition, by_frequency, by_port
 from .measured import costs, measured
 from .replay import Replay, replay
+from .runaway import without_runaways
 from .sheet import sheet_values
 from .witness import borne_out, heard
 
@@ -39,6 +40,7 @@ def assembled(
     played = replay(judgement, ruling)
     over_time = any(one.over_time for one in terms)
     ruling, worse = heard(ruling, played, over_time=over_time)
+    played = without_runaways(played, judgement.judged)
     judgement.notes += [note for note in (refuted, worse) if note]
     balance, contest, floor = judgement.balance, judgement.contest, judgement.floor
     motion, along, spread = judgement.motion, judgement.catalogue.along, judgement.spread
