@@ -19,6 +19,7 @@ from .closest import closest
 from .judge import Judgement, Ruling
 from .locate import by_condition, by_frequency, by_port
 from .measured import costs, measured
+from .other_motion import unused_motion
 from .replay import Replay, replay
 from .runaway import without_runaways
 from .sheet import sheet_values
@@ -59,6 +60,7 @@ def assembled(
     gap = SignalGap(motion.effort_name, motion.effort_unit, ruling.before, ruling.after, floor)
     before = contest.nominal.rms(judgement.judged)
     said = [*motion.notes, *judgement.notes]
+    unused = [note for one in recordings for note in unused_motion(one, judgement.machine)]
     return Diagnosis(
         source=source,
         drive=drive_name,
@@ -76,7 +78,7 @@ def assembled(
         steps=reached,
         candidates=_candidates(judgement),
         # Of two lines of one effect the same may be said.
-        notes=tuple(dict.fromkeys([*costs(motion, along, mode), *played.notes, *said])),
+        notes=tuple(dict.fromkeys([*unused, *costs(motion, along, mode), *played.notes, *said])),
         values=_values(judgement, best) if named and best is not None else {},
         series=_series(judgement, ruling, played, int(recordings[0].stamp_ns[0])),
         replays=contest.fits,

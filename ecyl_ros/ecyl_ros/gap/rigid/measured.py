@@ -57,9 +57,9 @@ def measured(
     within, fit = where_inertia_holds(balance, along.machine, [*terms, *extra])
     told = balance.intervals(closest, balance.usable)
     scale = Scale() if "gain" in keys else Scale.of(told.get("gain"), along)
-    spans = {
-        one.key: [scale.scaled(span) if one.of_effort else span for span in found]
-        for one, found in zip(fit.terms, within.intervals(fit, within.usable).values(), strict=True)
+    spans = within.intervals(fit, within.usable)
+    spans |= {
+        one.key: [scale.scaled(at) for at in spans[one.key]] for one in fit.terms if one.of_effort
     }
     if not shown:  # nothing comes beside what is named: it is measured once
         spans |= {key: told[key] for key in named if key in spans and key != "inertia"}

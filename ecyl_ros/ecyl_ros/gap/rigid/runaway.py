@@ -23,6 +23,7 @@ def without_runaways(played: Replay, judged: BoolArray) -> Replay:
     judged: bool[m], rows that figures are of.
     """
     rows = [at for at, one in enumerate(played.signals) if one.name in _MOTION]
+    rows = rows if played.recorded.size else []
     before, after = (_away(played, run, rows, judged) for run in (played.before, played.after))
     if not (before or after):
         return played
