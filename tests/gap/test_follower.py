@@ -98,7 +98,7 @@ def test_a_follower_without_command_is_refused() -> None:
     """No reference: the field is named."""
     good = _followed(0.08, 0.03)
     bad = Recording(stamp_ns=good.stamp_ns, rotor_position_rad=good.rotor_position_rad)
-    with pytest.raises(InputError, match=r"x.csv: reference_position_rad is missing"):
+    with pytest.raises(InputError, match=r"x.csv: reference_position in rad is missing"):
         diagnose(bad, MACHINE, source="x.csv")
     still = Recording(
         stamp_ns=good.stamp_ns,

@@ -18,9 +18,14 @@ from ecyl_ros.gap.fit.fit import Fitter
 from ecyl_ros.gap.fit.robust import robust_squares
 from ecyl_ros.gap.judge.verdict import at_floor
 from ecyl_ros.gap.limits.cylinder import seen_by
+from ecyl_ros.gap.limits.limit import Limit
 from ecyl_ros.gap.limits.loss import rise
+from ecyl_ros.gap.limits.possible import possible
+from ecyl_ros.gap.limits.rigid import rigid_limits
 from ecyl_ros.gap.limits.seen import Seen
 from ecyl_ros.gap.replay.replay import Replay
+from ecyl_ros.gap.rigid.diagnose import judged
+from ecyl_ros.gap.rigid.motion import motion_of
 from ecyl_ros.gap.split import held_out
 from ecyl_ros.recording.signals import Recording
 
@@ -103,3 +108,36 @@ def test_limits_are_part_of_the_diagnosis(sound) -> None:
     assert said["verdict"] == "no_gap"
     assert {"rotor_coulomb_friction", "cogging_torque", "voltage_limit"} <= set(sizes)
     assert all(size is None or size > 0.0 for size in sizes.values())
+
+
+@pytest.mark.parametrize(
+    ("effect", "parameter", "size", "neutral", "kept"),
+    [
+        ("torque_ripple", "fraction", 0.2, 0.0, True),
+        ("torque_ripple", "fraction", 12.2, 0.0, False),
+        ("actuation_delay", "delay_s", 0.02, 0.0, True),
+        ("actuation_delay", "delay_s", 4.08, 0.0, False),
+        ("torque_constant_error", "torque_constant_nm_per_a", 0.05, 0.5, True),
+        ("torque_constant_error", "torque_constant_nm_per_a", 0.41, 0.5, False),
+        ("constant_load", "force_n", 50.0, 0.0, True),
+    ],
+)
+def test_no_limit_is_beyond_what_can_be(
+    effect: str, parameter: str, size: float, neutral: float, kept: bool
+) -> None:
+    """A ripple of more than all torque, a delay of seconds, another motor: not at any size."""
+    found = possible(Limit(effect, parameter, "1", size, neutral)).smallest_seen
+    assert found == (size if kept else None)
+
+
+@pytest.mark.parametrize("friction", [0.0, 1.5])
+def test_a_limit_is_not_below_what_is_there_unnamed(friction: float) -> None:
+    """Friction that the recording shows, left unnamed, has no limit that says that it would have
+    been shown; without friction it has one."""
+    way = motion(0.05)
+    effort = LINEAR.inertia * way.a + friction * np.tanh(way.v / 1e-4)
+    moved = motion_of(recorded(way, effort, LINEAR, 0.2, 1e-7), LINEAR, "x")
+    judgement = judged(moved, LINEAR, (), "x", lambda share: None)
+    judgement.contest = dataclasses.replace(judgement.contest, order=())
+    sizes = {one.effect: one.smallest_seen for one in rigid_limits(judgement)}
+    assert (sizes.get("load_coulomb_friction") is None) is (friction > 0.0)

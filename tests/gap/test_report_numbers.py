@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from ecyl_ros.effects.catalogue import CATALOGUE
-from ecyl_ros.gap.diagnosis import FittedParameter
+from ecyl_ros.gap.diagnosis import FittedParameter, Measured
 from ecyl_ros.gap.report import quantities as q
 from ecyl_ros.gap.report import words
 from ecyl_ros.gap.report.decimate import envelope, quantiles_over
@@ -29,7 +29,7 @@ from ecyl_ros.gap.report.svg import Axis
         (0.0, "A", "0 A"),
         (-0.0012, "A", "-1.20 mA"),
         (9.996, "V", "10.0 V"),
-        (float("nan"), "V", "- V"),
+        (float("nan"), "V", "-"),
         (1e-12, "N m/rad", "1.00e-12 N m/rad"),
     ],
 )
@@ -53,6 +53,12 @@ def test_digits_of_a_value_follow_its_interval(
 ) -> None:
     """The interval's half width decides the digits shown, and both ends stay apart."""
     assert q.with_interval(FittedParameter("coulomb_nm", "N m", value, low, high)) == text
+
+
+def test_a_nominal_value_is_in_the_unit_of_what_was_measured() -> None:
+    """Of an inertia found far below its sheet both stand in kg cm^2."""
+    one = Measured("inertia_kg_m2", "kg m^2", 0.0034, 0.0001, 0.0066, "all that moves", 0.15)
+    assert q.measured(one) == ("34 kg cm^2", "1 to 66", "1500.0 kg cm^2")
 
 
 def test_no_share_reads_100_percent_that_is_not() -> None:

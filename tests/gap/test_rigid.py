@@ -252,7 +252,7 @@ def test_reports_are_made_of_a_rigid_drive() -> None:
     ("change", "message"),
     [
         ({"rod_force_n": None}, r"no effort \(force\) recorded"),
-        ({"rod_position_m": None}, r"rod_position_m is missing"),
+        ({"rod_position_m": None}, r"rod_position in m is missing"),
         ({"rod_position_m": np.zeros(M.t.size)}, r"does not move by more than 20 times its noise"),
         ({"rod_force_n": np.zeros(M.t.size)}, r"the effort never changes"),
     ],
@@ -265,6 +265,24 @@ def test_unusable_recordings_are_refused_by_name(change, message) -> None:
     with pytest.raises(InputError, match=message) as caught:
         diagnose(bad, LINEAR, source="x.mcap")
     assert str(caught.value).startswith("x.mcap: ") and "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("signal", "note"),
+    [
+        (
+            "rotor_velocity_rad_per_s",
+            "rotor_velocity in rad/s is not used: drive.output is linear, whose velocity is "
+            "rod_velocity in m/s",
+        ),
+        ("rod_velocity_m_per_s", None),
+    ],
+)
+def test_a_speed_of_the_other_kind_is_told(signal: str, note: str | None) -> None:
+    """A map that gives a linear drive an angular speed loses it with a line, not in silence."""
+    good = recorded(M, 20.0 * M.a, LINEAR, 0.3, 1e-6)
+    given = motion_of(dataclasses.replace(good, **{signal: M.v}), LINEAR, "x.mcap")
+    assert [one for one in given.notes if "not used" in one] == ([note] if note else [])
 
 
 def test_a_short_recording_is_refused() -> None:

@@ -113,6 +113,39 @@ def test_what_the_file_left_out_is_written_too(tmp_path) -> None:
     assert "coulomb_a" in (tmp_path / "twin.yaml").read_text(encoding="utf-8")
 
 
+@pytest.mark.parametrize(
+    ("sheet", "tolerance"),
+    [("{actuation: {gain: 20 %}}", True), ("10 %", False)],
+)
+def test_a_twin_holds_what_differs_and_how_well_it_is_known(
+    tmp_path, sheet: str, tolerance: bool
+) -> None:
+    """An inertia left out is found and written with a tolerance that holds its 95 % interval, where
+    there is room for one; a gain that the recording says nothing of stays as it was."""
+    effort = (0.02 * R.a + 0.3 * SR + 0.04 * R.v) / 2.0
+    machine = dataclasses.replace(ROTARY, actuation="current")
+    body = f"    actuation: {{signal: current, gain: 2.0}}\n    tolerances: {sheet}\n"
+    first, second = _twin(tmp_path, recorded(R, effort, machine, 0.01, 1e-6), body, "rotary")
+    assert first.causes and not second.causes
+    text = (tmp_path / "twin.yaml").read_text(encoding="utf-8")
+    twin = load_machine(tmp_path / "twin.yaml")
+    assert "torque_constant" not in text and "    load: {inertia: 0.0" in text
+    measured = {one.name: one for one in first.measured}
+    inertia = measured["inertia_kg_m2"]
+    assert inertia.low < 0.02 < inertia.high
+    assert ("load.inertia" in twin.tolerances) is tolerance
+    if tolerance:
+        assert twin.inertia * (1.0 + twin.tolerances["load.inertia"]) >= inertia.high
+    # One value and one interval of each quantity, as uncertain as the scale of all torques.
+    share = 0.2 if "gain" in sheet else 0.1
+    for cause in first.causes:
+        for one in cause.parameters:
+            again = measured[one.name]
+            assert (again.value, again.low, again.high) == (one.value, one.low, one.high)
+            assert one.high - one.low >= 2.0 * share * one.value
+    assert inertia.high - inertia.low >= 2.0 * share * inertia.value
+
+
 def test_a_twin_of_a_twin_adds_up(tmp_path) -> None:
     """More friction beyond that of a twin's file: one effect with the sum of both."""
     body = "    actuation: {signal: force}\n    load: {mass: 20.0}\n"

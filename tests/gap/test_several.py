@@ -130,7 +130,7 @@ def test_a_signal_that_one_lacks_and_another_kind_of_drive_are_refused() -> None
     """One clear line for what cannot be diagnosed together."""
     runs = _runs(_rubs(9.0))
     bare = dataclasses.replace(runs[1], rod_force_n=np.full(len(runs[1]), np.nan))
-    with pytest.raises(InputError, match=r"^b\.mcap: rod_force_n is missing, which a\.mcap has"):
+    with pytest.raises(InputError, match=r"^b\.mcap: rod_force in N is missing, which a\.mcap has"):
         _together([runs[0], bare])
     follower = dataclasses.replace(LINEAR, kind="follower")
     with pytest.raises(InputError, match="follower is judged one recording at a time"):

@@ -167,7 +167,7 @@ def test_what_cannot_be_diagnosed_together_is_refused() -> None:
     with pytest.raises(InputError, match=r"^a\.mcap and b\.mcap: .* expected recordings of one"):
         together(runs)
     bare = dataclasses.replace(runs[1], current_q_a=np.full(len(runs[1]), np.nan))
-    with pytest.raises(InputError, match=r"^b\.mcap: current_q_a is missing, which a\.mcap has"):
+    with pytest.raises(InputError, match=r"^b\.mcap: current_q in A is missing, which a\.mcap has"):
         together([runs[0], bare])
     with pytest.raises(InputError, match="judged in all modes"):
         ec.diagnose(runs, DRIVE, mode=1.0)

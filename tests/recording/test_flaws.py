@@ -204,6 +204,20 @@ def test_a_position_that_stands_while_its_speed_goes_on_is_frozen(tmp_path: Path
     assert any("rotor_position: frozen" in note for note in found.notes)
 
 
+def test_a_rest_whose_speed_reads_an_offset_is_no_flaw(tmp_path: Path) -> None:
+    """A drive that rests for 20 s while noise of speed and current runs on: a speed that reads
+    0.02 rad/s too much carries nothing, for it does so in motion, too."""
+    columns = moves(24.0)
+    random = np.random.default_rng(5)
+    rest = columns["time"] >= 4.0
+    for name in ("reference", "encoder"):
+        columns[name][rest] = columns[name][~rest][-1]
+    columns["speed"][rest] = random.normal(scale=0.05, size=int(rest.sum()))
+    columns["speed"] += 0.02
+    columns["current"][rest] = np.round(random.normal(scale=0.02, size=int(rest.sum())), 4)
+    assert read(tmp_path, columns).notes == ()
+
+
 def test_our_own_topics_are_screened_too(tmp_path: Path) -> None:
     """A bag of this project's topics whose current froze loses just these samples, with a note."""
     columns = moves()

@@ -108,7 +108,7 @@ def test_the_proposed_map_reads_the_recording(tmp_path: Path, kind: str) -> None
     np.testing.assert_array_equal(recording.reference_position_m, expected)
     measured = recording.rod_position_m
     assert min(np.abs(measured - expected).max(), np.abs(measured - expected - 1e-5).max()) < 1e-12
-    assert recording.has("rotor_torque_nm")
+    assert recording.has("rod_force_n")
 
 
 def test_our_own_topics_are_recognised(tmp_path: Path) -> None:
@@ -153,6 +153,78 @@ def test_columns_are_recognised_by_their_names(
     if "time_ms" in header:
         assert found is not None and found.time is not None
         assert (found.time.field, found.time.unit) == ("time_ms", "ms")
+
+
+@pytest.mark.parametrize(
+    ("header", "expected", "because"),
+    [
+        (
+            "time,position,velocity,torque",
+            {"rotor_position": "rad", "rotor_velocity": "rad/s", "effort": "N m"},
+            'for "torque" names a torque',
+        ),
+        (
+            "time,position,velocity,force",
+            {"rod_position": "m", "rod_velocity": "m/s", "effort": "N"},
+            'for "force" names a force',
+        ),
+        (
+            "time,target_position,slide_mm,velocity,effort",
+            {
+                "reference_position": "m",
+                "rod_position": "mm",
+                "rod_velocity": "m/s",
+                "effort": "N",
+            },
+            'for "slide_mm" is in mm',
+        ),
+        (
+            "t,joint_position,joint_velocity,current",
+            {"rotor_position": "rad", "rotor_velocity": "rad/s", "current_q": "A"},
+            "names a joint",
+        ),
+        (
+            "t,q_cmd,qd_cmd,q,q_dot,q_ddot,tau_measured",
+            {
+                "reference_position": "rad",
+                "reference_velocity": "rad/s",
+                "rotor_position": "rad",
+                "rotor_velocity": "rad/s",
+                "effort": "N m",
+            },
+            "",
+        ),
+        (
+            "t,q1,q2,dq_1,dq_2,tau1,tau2",
+            {"rotor_position": "rad", "rotor_velocity": "rad/s", "effort": "N m"},
+            "joint 1 moves most of 1, 2",
+        ),
+        (
+            "t,position,velocity,current",
+            {"rod_position": "m", "rod_velocity": "m/s", "current_q": "A"},
+            "the name leaves open whether it is rotor_velocity",
+        ),
+    ],
+)
+@pytest.mark.parametrize("size", [0.4, 2.5])
+def test_signals_of_one_axis_are_proposed_together(
+    tmp_path: Path, header: str, expected: dict[str, str], because: str, size: float
+) -> None:
+    """Position and speed are both of an angle or both of a length, whatever their ranges, as one
+    unit, a torque, a force or a joint tells; derivatives are speeds, and joints are kept apart."""
+    count = header.count(",")
+    rows = [
+        f"{0.01 * i:.2f},"
+        + ",".join(f"{size / (1 + k // 7) * np.sin(0.1 * (k + 1) * i):.5f}" for k in range(count))
+        for i in range(300)
+    ]
+    (tmp_path / "a.csv").write_text("\n".join([header, *rows]) + "\n")
+    proposed = propose(survey(tmp_path / "a.csv"))
+    assert proposed.map is not None
+    assert {one.name: one.unit for one in proposed.map.signals} == expected
+    assert because in "\n".join(proposed.remarks)
+    fields = [one.field for one in proposed.map.signals]
+    assert not {"q2", "dq_2", "tau2", "q_ddot"}.intersection(fields)
 
 
 def test_a_first_column_that_goes_up_evenly_is_of_instants(tmp_path: Path) -> None:

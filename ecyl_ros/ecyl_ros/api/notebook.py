@@ -58,8 +58,8 @@ def _causes(diagnosis: Diagnosis) -> Iterable[Sequence[str]]:
 
 def _signals(diagnosis: Diagnosis) -> Iterable[Sequence[str]]:
     for one in diagnosis.signals:
-        figures = (q.amount(value, one.unit) for value in (one.gap, one.after, one.floor))
-        yield words.signal(one.name), *figures
+        runs = (q.replayed(value, one.unit) for value in (one.gap, one.after))
+        yield words.signal(one.name), *runs, q.amount(one.floor, one.unit)
 
 
 def _measured(diagnosis: Diagnosis) -> Iterable[Sequence[str]]:

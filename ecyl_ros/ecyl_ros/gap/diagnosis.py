@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -30,13 +31,21 @@ VERDICTS = (
 
 @dataclass(frozen=True)
 class SignalGap:
-    """RMS of recorded less simulated on held-out stretches, in the signal's unit."""
+    """RMS of recorded less simulated on held-out stretches, in the signal's unit; NaN where the
+    replay ran away."""
 
     name: str
     unit: str
     gap: float
     after: float
     floor: float
+
+    def as_json(self) -> dict[str, Any]:
+        """Plain data; None for NaN."""
+        return {
+            key: None if isinstance(value, float) and math.isnan(value) else value
+            for key, value in asdict(self).items()
+        }
 
 
 @dataclass(frozen=True)
@@ -319,7 +328,7 @@ class Diagnosis:
             "reason": self.reason,
             "location": {
                 "block": self.block,
-                "signals": [asdict(one) for one in self.signals],
+                "signals": [one.as_json() for one in self.signals],
                 "when": [asdict(one) for one in self.when],
                 "frequency_hz": list(self.frequency_hz),
                 "ports": [

@@ -75,8 +75,8 @@ def diagnose_follower(
     command = motion.reference_position
     if not np.isfinite(command).any():
         raise InputError(
-            f"{source}: reference_position_{end} is missing; a follower is judged by command and "
-            "position"
+            f"{source}: reference_position in {end} is missing; a follower is judged by command "
+            "and position"
         )
     name = "rod_position_m" if machine.linear else "rotor_position_rad"
     if not recording.has(name):

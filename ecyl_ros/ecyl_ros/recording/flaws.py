@@ -8,7 +8,7 @@ evidence that it should have changed, one of:
   step, and within the run no sample differs. The noise of a sensor does not rest with the drive.
 - leap: at the end of the run the signal leaps by far more than in any other sample, to where it
   then stays: what moves cannot get there at once, so it moved unseen.
-- speed: the same body's own speed, integrated over the run, carries it far over its step.
+- speed: the same body's own speed, less its offset, carries it far over its step in the run.
 - motion: while a position runs on at its usual pace, a speed or an effort rests for many times its
   longest run of equal values in such motion. Positions are not judged by this: they can stick.
 
@@ -25,6 +25,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from .carried import carried_way
 from .names import PLACED, words
 from .repeats import repeated_rows
 from .runs import runs_of
@@ -320,12 +321,7 @@ def _rests_in_motion(own: _Runs, run: int, others: list[FloatArray]) -> bool:
 
 
 def _carried(own: _Runs, begin: int, end: int, speed: FloatArray, stamps: StampArray) -> bool:
-    seconds = (stamps[begin:end] - stamps[begin]) / 1e9
-    rate = speed[begin:end]
-    known = np.isfinite(rate)
-    if int(known.sum()) < _SHORTEST or not bool((rate[known] != rate[known][0]).any()):
-        return False
-    way = abs(float(np.trapezoid(rate[known], seconds[known])))
+    way = carried_way(own.values, begin, end, speed, stamps)
     values = own.values[np.isfinite(own.values)]
     return way > max(20.0 * own.finest, _CARRIED * float(np.ptp(values)), _LEAP * own.largest)
 

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import yaml
 
-from .signals import FloatArray
+from .signals import FOREIGN_SIGNALS, SIGNALS, FloatArray
 from .units import dimension_of, in_si
 from .wrap import Wrap, folded, unwrapped
 
@@ -58,6 +58,13 @@ SCHEMA = "ecyl.map/1"
 COUNTED = ("counts_per_rev", "counts_per_m")
 # What goes on for ever while a drive moves on: only that can be made whole past its end.
 POSITIONS = ("length", "angle")
+
+
+def in_map(target: str) -> str:
+    """What a map calls a field of `Recording`, and its unit: `rotor_position in rad`."""
+    name = next(name for name, fields in MAPPED.items() if target in fields.values())
+    unit = {**SIGNALS, **FOREIGN_SIGNALS}[target]
+    return name if unit == "1" else f"{name} in {unit}"
 
 
 @dataclass(frozen=True)

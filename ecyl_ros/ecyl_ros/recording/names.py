@@ -55,7 +55,7 @@ QUANTITY = {
     "speed": "velocity",
     "omega": "velocity",
     "rpm": "velocity",
-    "dq": "velocity",
+    **dict.fromkeys(("dq", "qd", "qdot", "dtheta", "thetadot", "dx", "xd", "xdot"), "velocity"),
     "effort": "effort",
     "efforts": "effort",
     "torque": "effort",
@@ -76,18 +76,39 @@ QUANTITY = {
 ROTOR = {"rotor", "motor", "mot", "servo", "encoder", "enc"}
 ENCODERS = {"encoder", "enc"}
 ROD = {"rod", "cylinder", "piston", "slider", "carriage", "stage", "linear", "ram", "axis"}
-TURNS = {"angle", "theta", "phi", "omega", "rpm", "q", "dq", "qm", "qg"}
+TURNS = {
+    *("angle", "theta", "thetadot", "dtheta", "phi", "omega", "rpm", "q", "dq", "qd", "qdot", "qm"),
+    "qg",
+}
 SUPPLY = {"bus", "vbus", "ibus", "dc", "vdc", "idc", "supply", "battery", "link", "mains"}
 FORCE = {"force"}
+TORQUE = {"torque", "torques", "trq", "tau"}
+JOINT = {"joint", "joints"}
+# Words of robots' columns, whose number at the end is the joint's: `dq_1`, `tau2`.
+NUMBERED = {"q", "dq", "qd", "qdot", "qm", "tau", *JOINT}
 # Words of what stands beside a signal and is none.
-NO_SIGNAL = {"error", "err", "covariance", "timestamp", "time", "stamp", "acceleration", "acc"}
+NO_SIGNAL = {
+    *("error", "err", "covariance", "timestamp", "time", "stamp", "acceleration", "acc"),
+    *("ddq", "qdd", "qddot", "ddtheta", "thetaddot", "ddx", "xdd", "xddot"),
+}
 COUNTED = {"counts", "count", "ticks", "increments", "raw", "pulses"}
+
+
+def ordered(name: str) -> list[str]:
+    """The words of a name as they stand, in lower case: a derivative, `q_dot`, is one word."""
+    spaced = re.sub(r"([a-z0-9])([A-Z])", r"\1 \2", name)
+    out: list[str] = []
+    for word in (one.lower() for one in re.split(r"[^A-Za-z]+", spaced) if one):
+        if word in ("dot", "ddot") and out:
+            out[-1] += word
+        else:
+            out.append(word)
+    return out
 
 
 def words(name: str) -> set[str]:
     """The words of a name, in lower case: `motorTorque_Nm` has motor, torque and nm."""
-    spaced = re.sub(r"([a-z0-9])([A-Z])", r"\1 \2", name)
-    return {word.lower() for word in re.split(r"[^A-Za-z]+", spaced) if word}
+    return set(ordered(name))
 
 
 def holds(name: str) -> bool:

@@ -4,15 +4,23 @@ from __future__ import annotations
 
 import dataclasses
 import math
-import re
 from dataclasses import dataclass
 
-from .headers import bare, ending, told, unit_of
+from .axis import Axis, axis_of, open_to_doubt
+from .candidates import (
+    Candidate,
+    candidates_of,
+    counted,
+    in_si,
+    quantity_of,
+    told_of,
+    unit_told,
+)
+from .headers import bare
 from .map import MAPPED, MappedSignal, SignalMap
 from .mapped import contract_map
 from .names import (
     ASKED,
-    COUNTED,
     ENCODERS,
     FORCE,
     INJECTED,
@@ -21,10 +29,10 @@ from .names import (
     ROD,
     ROTOR,
     SUPPLY,
-    TURNS,
+    TORQUE,
 )
 from .names import words as words_of
-from .survey import FieldSurvey, Survey, TopicSurvey
+from .survey import Survey
 from .units import UNITS, dimension_of, plain, unknown_unit
 
 _MEASURED = {
@@ -37,38 +45,8 @@ _MEASURED = {
     "current": "current_q",
     "voltage": "voltage_q",
 }
-_DIMENSIONS = {
-    "position": ("length", "angle"),
-    "velocity": ("speed", "angular speed"),
-    "effort": ("torque", "force", "current", "voltage"),
-    "current_q": ("current",),
-    "current_d": ("current",),
-    "voltage_q": ("voltage",),
-    "voltage_d": ("voltage",),
-}
 _LONGEST_ROD_M = 20.0
-_UNITS = tuple(one for one in UNITS if one not in ("time", "number", "counts", "counts per second"))
-_MANY = 200.0  # of whole numbers without a unit: no drive turns or travels that many rad or m
 _ENCODER_BITS = range(10, 25)
-
-
-@dataclass(frozen=True)
-class _Candidate:
-    topic: TopicSurvey
-    field: FieldSurvey
-    joint: str
-    words: frozenset[str]
-
-    @property
-    def place(self) -> str:
-        """Which of several joints it is of: the name, else the index; empty for neither."""
-        found = re.search(r"\[(\d+)\]$", self.field.path)
-        return self.joint or (found[1] if found else "")
-
-    @property
-    def path(self) -> str:
-        """The field as a map writes it: by joint where it has one."""
-        return re.sub(r"\[\d+\]$", "", self.field.path) if self.joint else self.field.path
 
 
 @dataclass(frozen=True)
@@ -86,19 +64,20 @@ def propose(survey: Survey) -> Proposal:
     if own:
         return Proposal(SignalMap(survey.path, own), ("the topics are those of this project",))
     remarks: list[str] = []
-    candidates = [one for topic in survey.topics for one in _candidates(topic)]
+    candidates = [one for topic in survey.topics for one in candidates_of(topic)]
     candidates, remark = _one_joint(candidates)
     remarks += remark
+    axis = axis_of(candidates)
     chosen: dict[str, MappedSignal] = {}
     scores: dict[str, float] = {}
     doubts: dict[str, list[str]] = {}
     for one in candidates:
-        found = _signal(one)
+        found = _signal(one, axis)
         if found is None:
             continue
         signal, score = found
         doubt, signal = _counts(one, signal)
-        unknown = _told(one)
+        unknown = told_of(one)
         if unknown and dimension_of(plain(unknown)) is None:
             doubt = f"{one.path} is left out: {unknown_unit(unknown)}"
         if doubt:
@@ -106,7 +85,6 @@ def propose(survey: Survey) -> Proposal:
             continue
         if score > scores.get(signal.name, 0.0):
             chosen[signal.name], scores[signal.name] = signal, score
-    _follow_the_measured(chosen, candidates)
     remarks += _without_supply(chosen, candidates)
     if "effort" in chosen and "current_q" in chosen and chosen["effort"].unit == "A":
         del chosen["effort"]
@@ -122,7 +100,7 @@ def propose(survey: Survey) -> Proposal:
     remarks += _against(chosen, candidates)
     for name in MAPPED:
         if name in chosen:
-            remarks += _remarks(chosen[name], candidates)
+            remarks += _remarks(chosen[name], candidates, axis)
     if not any(name.startswith("reference_") for name in chosen):
         remarks.append("no reference: without one the controller's part cannot be replayed")
     time = None
@@ -136,7 +114,7 @@ def propose(survey: Survey) -> Proposal:
     return Proposal(SignalMap(survey.path, ordered, time), tuple(remarks))
 
 
-def _by_hand(survey: Survey, candidates: list[_Candidate]) -> str:
+def _by_hand(survey: Survey, candidates: list[Candidate]) -> str:
     """What to write where names say nothing; a field that moves stands for a position."""
     text = "no field has a name that says which signal it is"
     clock = survey.time
@@ -156,7 +134,7 @@ def _by_hand(survey: Survey, candidates: list[_Candidate]) -> str:
     )
 
 
-def _one_joint(candidates: list[_Candidate]) -> tuple[list[_Candidate], list[str]]:
+def _one_joint(candidates: list[Candidate]) -> tuple[list[Candidate], list[str]]:
     """Of several joints the one that moves most: a drive is diagnosed by itself."""
     moved: dict[str, float] = {}
     for one in candidates:
@@ -170,23 +148,7 @@ def _one_joint(candidates: list[_Candidate]) -> tuple[list[_Candidate], list[str
     return [one for one in candidates if one.place in ("", best)], [remark]
 
 
-def _follow_the_measured(chosen: dict[str, MappedSignal], candidates: list[_Candidate]) -> None:
-    """A reference without a unit is in that of what is measured: a rotary drive's is an angle."""
-    for quantity in ("position", "velocity"):
-        reference = chosen.get(f"reference_{quantity}")
-        rotary = any(f"rotor_{one}" in chosen for one in ("position", "velocity"))
-        if reference is None or not rotary:
-            continue
-        if any(f"rod_{one}" in chosen for one in ("position", "velocity")):
-            continue
-        if _unit(_candidate(reference, candidates)):
-            continue
-        unit = "rad" if quantity == "position" else "rad/s"
-        target = MAPPED[reference.name][dimension_of(unit) or ""]
-        chosen[reference.name] = dataclasses.replace(reference, unit=unit, target=target)
-
-
-def _without_supply(chosen: dict[str, MappedSignal], candidates: list[_Candidate]) -> list[str]:
+def _without_supply(chosen: dict[str, MappedSignal], candidates: list[Candidate]) -> list[str]:
     """Leave out a voltage that stays while the motor stops or turns back: a supply's."""
     speeds = [chosen[name] for name in ("rotor_velocity", "rod_velocity") if name in chosen]
     if "voltage_q" not in chosen or not speeds:
@@ -204,7 +166,7 @@ def _without_supply(chosen: dict[str, MappedSignal], candidates: list[_Candidate
     ]
 
 
-def _against(chosen: dict[str, MappedSignal], candidates: list[_Candidate]) -> list[str]:
+def _against(chosen: dict[str, MappedSignal], candidates: list[Candidate]) -> list[str]:
     """Turn the sign of a measured position whose range mirrors the reference's."""
     out = []
     for body in ("rod", "rotor"):
@@ -226,7 +188,7 @@ def _against(chosen: dict[str, MappedSignal], candidates: list[_Candidate]) -> l
     return out
 
 
-def _candidate(signal: MappedSignal, candidates: list[_Candidate]) -> _Candidate:
+def _candidate(signal: MappedSignal, candidates: list[Candidate]) -> Candidate:
     return next(
         one
         for one in candidates
@@ -248,68 +210,7 @@ def _contract(survey: Survey) -> tuple[MappedSignal, ...]:
     return tuple(kept)
 
 
-def _candidates(topic: TopicSurvey) -> list[_Candidate]:
-    out = []
-    for field in topic.fields:
-        if not field.count:
-            continue
-        joint = _joint_of(topic, field.path)
-        words = words_of(topic.name) | words_of(bare(field.path)) | words_of(joint)
-        out.append(_Candidate(topic, field, joint, frozenset(words)))
-    return out
-
-
-def _joint_of(topic: TopicSurvey, path: str) -> str:
-    found = re.search(r"\[(\d+)\]$", path)
-    if not found:
-        return ""
-    array = path[: found.start()]
-    sizes = sum(
-        1 for f in topic.fields if re.sub(r"\[\d+\]$", "", f.path) == array and f.path != array
-    )
-    for names in topic.names.values():
-        # An array that never held a finite value has no fields; one with names has as many.
-        if len(names) >= sizes and int(found[1]) < len(names):
-            return names[int(found[1])]
-    return ""
-
-
-def _told(one: _Candidate) -> str:
-    """The word for a unit that a line of units or a header's brackets hold; empty for none."""
-    return told(re.sub(r"\[\d+\]$", "", one.field.path), one.field.unit)
-
-
-def _unit(one: _Candidate) -> str:
-    """The unit that a line of units or a name gives; empty for none that is known."""
-    name = re.sub(r"\[\d+\]$", "", one.field.path)
-    word = _told(one)
-    named = one.topic.name if name == "data" else name
-    for dimensions in (_DIMENSIONS.get(_quantity(one) or "", ()), _UNITS):
-        unit = unit_of(word, dimensions) if word else ending(named, dimensions)
-        if dimensions and dimension_of(unit) in dimensions:
-            return unit
-    return ""
-
-
-def _quantity(one: _Candidate) -> str | None:
-    """What a name speaks of; None where it says nothing of the kind."""
-    # What stands last says most: `motor_position`, `reference.positions`, `/joint/torque` `data`.
-    said = [*_ordered(one.field.path), *_ordered(one.topic.name)]
-    return next((QUANTITY[word] for word in said if word in QUANTITY), None)
-
-
-def _counted(one: _Candidate) -> bool:
-    """Whether a field is in counts: its unit says so, its name, or that it is whole and large."""
-    unit = plain(_told(one)) if _told(one) else ending(one.field.path)
-    if dimension_of(unit) is not None:
-        return (dimension_of(unit) or "").startswith("counts")
-    if one.words & COUNTED:
-        return True
-    far = max(abs(one.field.low), abs(one.field.high)) >= _MANY
-    return one.field.whole and far and not _in_si(one.topic.type)
-
-
-def _signal(one: _Candidate) -> tuple[MappedSignal, float] | None:
+def _signal(one: Candidate, axis: Axis) -> tuple[MappedSignal, float] | None:
     words = one.words
     if words & NO_SIGNAL:
         return None
@@ -317,16 +218,16 @@ def _signal(one: _Candidate) -> tuple[MappedSignal, float] | None:
     if one.field.equal == 1.0 and not asked:  # never changes: not connected
         return None
     own = words_of(bare(one.field.path))
-    unit = _unit(one)
-    quantity = _quantity(one)
+    unit = unit_told(one)
+    quantity = quantity_of(one)
     if words & INJECTED and quantity == "effort":
-        torque = bool(words & {"torque", "trq", "tau"}) or dimension_of(unit) == "torque"
+        torque = bool(words & TORQUE) or dimension_of(unit) == "torque"
         quantity = "injected_torque" if torque else "injected_force"
     if quantity is None and unit:
         quantity = _MEASURED.get(dimension_of(unit) or "")
     if quantity is None and words & ENCODERS:
         quantity = (
-            "velocity" if dimension_of(plain(_told(one))) == "counts per second" else "position"
+            "velocity" if dimension_of(plain(told_of(one))) == "counts per second" else "position"
         )
     if quantity is None or (words & SUPPLY and quantity.startswith(("current", "voltage"))):
         return None
@@ -337,7 +238,7 @@ def _signal(one: _Candidate) -> tuple[MappedSignal, float] | None:
             name = f"reference_{quantity}"
             score += 0.5 * bool(own & ASKED)
         else:
-            name = f"{_body(one, unit)}_{quantity}"
+            name = f"{axis.body(one)}_{quantity}"
             score += 0.3 * bool(words & (ROTOR | ROD))
     else:
         name = quantity
@@ -347,14 +248,14 @@ def _signal(one: _Candidate) -> tuple[MappedSignal, float] | None:
     if unit and dimension_of(unit) not in dimensions:
         return None
     if not unit:
-        unit = _usual_unit(name, one)
+        unit = _usual_unit(name, one, axis)
     dimension = dimension_of(unit) or next(iter(dimensions))
     signal = MappedSignal(name, dimensions[dimension], one.path, one.topic.name, one.joint, unit)
     wrap = one.field.wrap
     if wrap is not None and (dimension in ("length", "angle") or wrap.wrap.signed):
         degrees = {360.0: 1.0, 3600.0: 0.1, 36000.0: 0.01}.get(wrap.wrap.period)
         turn = math.isnan(wrap.wrap.period) or degrees is not None
-        if turn and "angle" in dimensions and not _unit(one):  # what turns so is an angle
+        if turn and "angle" in dimensions and not unit_told(one):  # what turns so is an angle
             unit, target = ("deg" if degrees else "rad"), dimensions["angle"]
             signal = dataclasses.replace(signal, unit=unit, target=target, scale=degrees or 1.0)
             signal = dataclasses.replace(signal, wrap=wrap.wrap)
@@ -363,9 +264,9 @@ def _signal(one: _Candidate) -> tuple[MappedSignal, float] | None:
     return signal, score
 
 
-def _counts(one: _Candidate, signal: MappedSignal) -> tuple[str, MappedSignal]:
+def _counts(one: Candidate, signal: MappedSignal) -> tuple[str, MappedSignal]:
     """A position or speed in counts: with what they are worth, where that shows; else a doubt."""
-    if signal.dimension not in ("length", "angle", "speed", "angular speed") or not _counted(one):
+    if signal.dimension not in ("length", "angle", "speed", "angular speed") or not counted(one):
         return "", signal
     unit = "counts" if signal.dimension in ("length", "angle") else "counts/s"
     wrap = one.field.wrap
@@ -387,39 +288,17 @@ def _counts(one: _Candidate, signal: MappedSignal) -> tuple[str, MappedSignal]:
     )
 
 
-def _ordered(path: str) -> list[str]:
-    spaced = re.sub(r"([a-z0-9])([A-Z])", r"\1 \2", bare(path))
-    return [word.lower() for word in re.split(r"[^A-Za-z]+", spaced) if word][::-1]
-
-
-def _body(one: _Candidate, unit: str) -> str:
-    """Whether a measured motion is the rotor's or the rod's."""
-    dimension = dimension_of(unit) if unit else None
-    if dimension in ("length", "speed"):
-        return "rod"
-    if dimension in ("angle", "angular speed") or one.words & ROTOR:
-        return "rotor"
-    if one.words & ROD:
-        return "rod"
-    if words_of(bare(one.field.path)) & TURNS:
-        return "rotor"
-    # A turn counter runs into many rad; a rod does not travel that far.
-    far = max(abs(one.field.low), abs(one.field.high)) > 3.0
-    return "rotor" if far else "rod"
-
-
-def _usual_unit(name: str, one: _Candidate) -> str:
+def _usual_unit(name: str, one: Candidate, axis: Axis) -> str:
     if name == "effort":
-        return "N" if one.words & FORCE else "N m"
-    return next(iter(UNITS[next(iter(MAPPED[name]))]))
+        pushes = one.words & FORCE or (axis.pushes and not one.words & (TORQUE | ROTOR))
+        return "N" if pushes else "N m"
+    dimensions = [one for one in MAPPED[name] if one in UNITS]
+    if axis.turns:  # a reference may be either
+        dimensions.sort(key=lambda one: not one.startswith("ang"))
+    return next(iter(UNITS[dimensions[0]]))
 
 
-def _in_si(kind: str) -> bool:
-    """Whether a message's type says what its numbers are, and so, by REP 103, their unit."""
-    return "/msg/" in kind and not kind.startswith(("std_msgs/", "example_interfaces/"))
-
-
-def _remarks(signal: MappedSignal, candidates: list[_Candidate]) -> list[str]:
+def _remarks(signal: MappedSignal, candidates: list[Candidate], axis: Axis) -> list[str]:
     out = []
     own = _candidate(signal, candidates)
     if own.field.wrap is not None:
@@ -430,14 +309,17 @@ def _remarks(signal: MappedSignal, candidates: list[_Candidate]) -> list[str]:
             "where it starts again"
         )
         return out
-    if not _unit(own) and not _in_si(own.topic.type):
+    if not unit_told(own) and not in_si(own.topic.type):
         low, high = own.field.low, own.field.high
-        said = f"{signal.name}: {signal.unit} is assumed; it ranges from {low:.4g} to {high:.4g}"
+        by_axis = open_to_doubt(own) and quantity_of(own) in ("position", "velocity")
+        by_axis |= signal.unit == "N" and not own.words & FORCE
+        why = f", for {axis.because}" if by_axis and axis.because else ""
+        said = f"{signal.name}: {signal.unit} is assumed{why}; "
+        said += f"it ranges from {low:.4g} to {high:.4g}"
         if signal.unit == "m" and max(abs(low), abs(high)) > _LONGEST_ROD_M:
             said += " (mm?)"
         out.append(said)
-    plain_motion = not own.words & (ROTOR | ROD) and not _unit(own)
-    if signal.name.startswith(("rod_", "rotor_")) and plain_motion:
+    if signal.name.startswith(("rod_", "rotor_")) and open_to_doubt(own) and not axis.sure:
         other = signal.name.replace("rod_", "rotor_")
         if other == signal.name:
             other = signal.name.replace("rotor_", "rod_")

@@ -4,6 +4,9 @@ An effect is seen where it earns its place by what the competition asks (`sets.G
 of what stands above the floor, and more than the stretches differ among themselves, on fitted and
 on held-out ones; and where the model without it no longer stands at the floor (`judge`). What the
 sheet's constants and the named effects can do in its place is taken out first, at its price.
+
+That holds as far as nothing else keeps an effect from being named. One that the recording shows at
+least as large, and that is not named all the same, has no limit.
 """
 
 from __future__ import annotations
@@ -22,6 +25,7 @@ from ..rigid.balance import Balance
 from ..rigid.sets import HELD_SURE, LEAST_GAIN, SURE, Sets
 from ..rigid.solution import Solution
 from .limit import Limit
+from .possible import possible
 
 if TYPE_CHECKING:
     from ..diagnosis import BoolArray, FloatArray
@@ -34,7 +38,8 @@ _OUT = math.sqrt(STRAINED / 4.0)  # tolerances from which a constant counts as s
 
 
 def rigid_limits(judgement: Judgement, without: Collection[str] = ()) -> tuple[Limit, ...]:
-    """What the recording would have shown beside the set that was judged.
+    """What the recording would have shown beside the set that was judged; an effect that it shows
+    and that is not named for all that is left out.
 
     without: effects that did not compete.
     """
@@ -49,9 +54,20 @@ def rigid_limits(judgement: Judgement, without: Collection[str] = ()) -> tuple[L
     for term in first.values():
         if term.effect not in named:
             limit = _limit(judgement, current, term)
-            if limit is not None:
-                found.append(limit)
+            if limit is not None and not _there(judgement, term, limit):
+                found.append(possible(limit))
     return tuple(found)
+
+
+def _there(judgement: Judgement, term: Term, limit: Limit) -> bool:
+    """Whether the recording shows the effect, by its interval, at least as large as its limit."""
+    if limit.smallest_seen is None:
+        return False
+    balance = judgement.balance
+    fit = judgement.null.fit([*judgement.contest.order, term], balance.usable)
+    span = balance.intervals(fit, balance.usable)[term.key][0]
+    shows = not span.low <= limit.neutral <= span.high
+    return shows and abs(span.value - limit.neutral) >= limit.smallest_seen
 
 
 def _limit(judgement: Judgement, current: Solution, term: Term) -> Limit | None:
@@ -89,8 +105,9 @@ def _limit(judgement: Judgement, current: Solution, term: Term) -> Limit | None:
     own = next((one for one in judgement.null.uncertain if one.term.effect == term.effect), None)
     if own is not None and RIGID[term.effect].constant[not judgement.machine.linear]:
         worst = max(worst, _OUT * own.width)
-    asked = (columns if sines else columns[:, :1]) @ np.array(way)
-    if worst * float(np.std(asked[balance.usable])) > judgement.spread:
+    asked = ((columns if sines else columns[:, :1]) @ np.array(way))[balance.usable]
+    varies = worst * float(np.std(asked)) > judgement.spread
+    if varies or worst * _rms(asked) > _rms(balance.effort[balance.usable]):
         worst = math.inf  # as large as all that was recorded: no size to speak of
     return _told(term, worst, way, columns.shape[1])
 
@@ -164,6 +181,10 @@ class _Stretches:
             and sure >= self._least * surplus
             and sure >= self._sure * error
         )
+
+
+def _rms(values: FloatArray) -> float:
+    return float(np.sqrt(np.mean(values**2)))
 
 
 def _prior(current: Solution, beside: list[Term]) -> FloatArray:

@@ -305,7 +305,8 @@ def _signals(diagnosis: Diagnosis) -> str:
         values = [one.gap, one.after] if both else [one.gap]
         row = [typeset(words.signal(one.name))]
         row += [_ratio(value / one.floor if one.floor > 0.0 else np.nan) for value in values]
-        row += [typeset(q.amount(value, one.unit)) for value in (*values, one.floor)]
+        row += [typeset(q.replayed(value, one.unit)) for value in values]
+        row.append(typeset(q.amount(one.floor, one.unit)))
         rows.append(row)
     caption = (
         "By signal: RMS of recorded less simulated on held-out stretches; the floor is "

@@ -78,9 +78,16 @@ def number(value: float, digits: int = 3) -> str:
 
 
 def amount(value: float, unit: str, digits: int = 3) -> str:
-    """A number with its unit, both kept short."""
+    """A number with its unit, both kept short; "-" for none."""
+    if not math.isfinite(value):
+        return "-"
     factor, name = engineering(value, unit)
     return joined(number(value * factor, digits), name)
+
+
+def replayed(value: float, unit: str) -> str:
+    """How far a replay is off; in words where it ran away (NaN)."""
+    return "runs away" if math.isnan(value) else amount(value, unit)
 
 
 def joined(figure: str, unit: str) -> str:
@@ -119,7 +126,10 @@ def measured(one: Measured) -> tuple[str, str, str]:
     )
     if one.name.startswith("relative_"):
         return percent(one.value), "-", "-"
-    nominal = "-" if one.nominal is None else amount(one.nominal, one.unit, 5)
+    nominal = "-"
+    if one.nominal is not None:  # in the unit of the value beside it
+        factor, _ = engineering(one.value or max(abs(one.low), abs(one.high)), one.unit)
+        nominal = joined(number(one.nominal * factor, 5), unit)
     if one.low == one.high:
         return amount(one.value, one.unit), "-", nominal
     return joined(value, unit), f"{low} to {high}", nominal

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -73,7 +74,7 @@ def telling_signals(diagnosis: Diagnosis, stretch: Stretch) -> list[int]:
     seen = []
     for index, one in enumerate(diagnosis.signals):
         values = recorded[index][np.isfinite(recorded[index])]
-        if values.size < _LEAST_SAMPLES:
+        if values.size < _LEAST_SAMPLES or math.isnan(one.gap):  # nothing to be seen beside it
             continue
         travel = float(np.ptp(values)) or 1.0
         seen.append((left[index] > _ABOVE_NOISE * one.floor, left[index] / travel, index))

@@ -87,7 +87,8 @@ def _signals(diagnosis: Diagnosis) -> str:
     rows = []
     for one in diagnosis.signals:
         row = [words.signal(one.name)]
-        row += [q.amount(value, one.unit) for value in (one.gap, one.after, one.floor)]
+        row += [q.replayed(value, one.unit) for value in (one.gap, one.after)]
+        row.append(q.amount(one.floor, one.unit))
         row += [q.times(one.gap, one.floor), q.times(one.after, one.floor)]
         rows.append(row)
     rows = [head, *rows]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from ..diagnosis import Cause, ConditionShare, Diagnosis, SignalGap
 from ..judge.verdict import shrink_of
 from . import law as law_words
@@ -40,10 +42,12 @@ def _said(diagnosis: Diagnosis) -> str:
 
 def strongest(diagnosis: Diagnosis, after: bool = False) -> SignalGap | None:
     """The signal whose gap stands highest over its floor; before unless `after`."""
-    known = [one for one in diagnosis.signals if one.floor > 0.0]
-    if not known:
-        return None
-    return max(known, key=lambda one: (one.after if after else one.gap) / one.floor)
+
+    def over(one: SignalGap) -> float:
+        return (one.after if after else one.gap) / one.floor
+
+    known = [one for one in diagnosis.signals if one.floor > 0.0 and math.isfinite(over(one))]
+    return max(known, key=over, default=None)
 
 
 def telling_condition(diagnosis: Diagnosis) -> ConditionShare | None:

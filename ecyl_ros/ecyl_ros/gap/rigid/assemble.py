@@ -19,7 +19,9 @@ from .closest import closest
 from .judge import Judgement, Ruling
 from .locate import by_condition, by_frequency, by_port
 from .measured import costs, measured
+from .other_motion import unused_motion
 from .replay import Replay, replay
+from .runaway import without_runaways
 from .sheet import sheet_values
 from .witness import borne_out, heard
 
@@ -39,6 +41,7 @@ def assembled(
     played = replay(judgement, ruling)
     over_time = any(one.over_time for one in terms)
     ruling, worse = heard(ruling, played, over_time=over_time)
+    played = without_runaways(played, judgement.judged)
     judgement.notes += [note for note in (refuted, worse) if note]
     balance, contest, floor = judgement.balance, judgement.contest, judgement.floor
     motion, along, spread = judgement.motion, judgement.catalogue.along, judgement.spread
@@ -57,6 +60,7 @@ def assembled(
     gap = SignalGap(motion.effort_name, motion.effort_unit, ruling.before, ruling.after, floor)
     before = contest.nominal.rms(judgement.judged)
     said = [*motion.notes, *judgement.notes]
+    unused = [note for one in recordings for note in unused_motion(one, judgement.machine)]
     return Diagnosis(
         source=source,
         drive=drive_name,
@@ -74,7 +78,7 @@ def assembled(
         steps=reached,
         candidates=_candidates(judgement),
         # Of two lines of one effect the same may be said.
-        notes=tuple(dict.fromkeys([*costs(motion, along, mode), *played.notes, *said])),
+        notes=tuple(dict.fromkeys([*unused, *costs(motion, along, mode), *played.notes, *said])),
         values=_values(judgement, best) if named and best is not None else {},
         series=_series(judgement, ruling, played, int(recordings[0].stamp_ns[0])),
         replays=contest.fits,
@@ -86,7 +90,12 @@ def assembled(
         duration_s=sum(one.duration_s for one in recordings),
         rate_hz=min(one.rate_hz for one in recordings),
         measured=(
-            *measured(balance, along, whole if named else contest.base, named=named),
+            *measured(
+                balance,
+                along,
+                whole if named else contest.base,
+                named={one.key for one in order} if named else (),
+            ),
             *played.measured,
         ),
         floor_is=judgement.floor_is,

@@ -6,6 +6,8 @@ import dataclasses
 from collections.abc import Collection
 from typing import Any
 
+import numpy as np
+
 from ...drive.rigid.machine import KEYS, Machine
 from ...drive.rigid.model import Acting
 from ...effects.along import Along
@@ -21,6 +23,8 @@ WRITTEN = (
     "load.coulomb_friction",
     "load.constant_load",
 )
+
+_SAME_GAIN = 1e-6  # of a coefficient, which is a share of the gain
 
 
 def closest(along: Along, solution: Solution, without: Collection[Term] = ()) -> Machine:
@@ -38,6 +42,8 @@ def closest(along: Along, solution: Solution, without: Collection[Term] = ()) ->
         coefficients = solution.of(term)
         values = term.values(coefficients * counted if term.of_effort else coefficients)
         key = RIGID[term.effect].constant[not machine.linear]
+        if term.key == "gain" and np.abs(coefficients).max() < _SAME_GAIN:
+            continue  # of the file, as it stands there
         if solution.known(term) and not key:  # of the recording, not of the machine
             continue
         if any(term is one for one in without):

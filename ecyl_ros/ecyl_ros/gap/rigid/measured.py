@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Collection, Sequence
+from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -12,6 +15,7 @@ from ...effects import load_coulomb_friction as coulomb
 from ...effects import load_inertia_error as inertia
 from ...effects import load_viscous_friction as viscous
 from ...effects.along import Along
+from ...effects.catalogue import RIGID
 from ...effects.term import Interval, Term
 from ..diagnosis import BoolArray, FloatArray, Measured
 from .balance import Balance
@@ -24,12 +28,13 @@ _OF_A_MOMENT = ("friction_drift", "local_jam")  # levels of a time or a place, n
 
 
 def measured(
-    balance: Balance, along: Along, closest: Solution, *, named: bool
+    balance: Balance, along: Along, closest: Solution, *, named: Collection[str]
 ) -> tuple[Measured, ...]:
     """Nominal and found values together.
 
-    closest: fit to all rows of the set whose values they are. named: whether causes are; beside
-    them then, what every machine may have and this one shows: friction of either kind, a load.
+    closest: fit to all rows of the set whose values they are. named: keys of the terms that are
+    causes; beside them then, what every machine may have and this one shows: friction of either
+    kind, a load. Where nothing comes beside them, causes are measured as they are named.
     """
     model = along.model
     terms = list(closest.free)
@@ -50,12 +55,71 @@ def measured(
     shown = _shown(balance, along, [*closest.terms, *extra]) if named else []
     extra += shown
     within, fit = where_inertia_holds(balance, along.machine, [*terms, *extra])
+    told = balance.intervals(closest, balance.usable)
+    scale = Scale() if "gain" in keys else Scale.of(told.get("gain"), along)
     spans = within.intervals(fit, within.usable)
-    totals = (_total(one, span, along, keys) for one in fit.terms for span in spans[one.key])
+    spans |= {
+        one.key: [scale.scaled(at) for at in spans[one.key]] for one in fit.terms if one.of_effort
+    }
+    if not shown:  # nothing comes beside what is named: it is measured once
+        spans |= {key: told[key] for key in named if key in spans and key != "inertia"}
+    sheet = {
+        RIGID[one.effect].constant[not along.machine.linear]
+        for one in closest.terms
+        if closest.known(one)
+    }
+    totals = (
+        _said(one, total, named, shown, sheet, along)
+        for one in fit.terms
+        for span in spans[one.key]
+        if (total := _total(one, span, along, keys)) is not None
+    )
     rows = balance.usable
     prior = np.concatenate([closest.prior, np.zeros(sum(one.columns.shape[0] for one in shown))])
     rest = balance.fit([*closest.terms, *shown], rows, prior=prior).residual[rows]
-    return (*(one for one in totals if one is not None), relative_error(balance, rest, rows))
+    return (*totals, relative_error(balance, rest, rows))
+
+
+class Scale(NamedTuple):
+    """By how much all torques are more than recorded, and its 95 % half width as a share: as far as
+    the gain of the effort is known."""
+
+    factor: float = 1.0
+    unsure: float = 0.0
+
+    @classmethod
+    def of(cls, gain: Sequence[Interval] | None, along: Along) -> Scale:
+        """From the gain as it was found within its tolerance; exact where it has none."""
+        if not gain or not along.units.own or not along.machine.gain:
+            return cls()
+        value, low, high = gain[0][2:]
+        return cls(value / along.machine.gain, 0.5 * (high - low) / value)
+
+    def scaled(self, span: Interval) -> Interval:
+        """An effort, or what is counted by it, with its interval."""
+        more = self.unsure * abs(span.value)
+        low, high = (math.hypot(one - span.value, more) for one in (span.low, span.high))
+        ends = (span.value, span.value - low, span.value + high)
+        return Interval(span.name, span.unit, *(self.factor * one for one in ends))
+
+
+def _said(
+    term: Term,
+    total: Measured,
+    named: Collection[str],
+    shown: Sequence[Term],
+    sheet: Collection[str],
+    along: Along,
+) -> Measured:
+    """With what tells it from another value of the same in one report."""
+    constant = RIGID[term.effect].constant[not along.machine.linear]
+    if constant and constant in sheet:  # where the data sheet has its say, it has another
+        return replace(total, meaning=f"{total.meaning}, by the recording alone")
+    if named and term.key not in named and term.key not in ("inertia", "gain"):
+        return replace(total, meaning=f"{total.meaning}, not named")
+    if shown and term.key in named:
+        return replace(total, meaning=f"{total.meaning}, beside what is not named")
+    return total
 
 
 def relative_error(balance: Balance, left: FloatArray, rows: BoolArray) -> Measured:

@@ -23,6 +23,7 @@ from ...drive.rigid.loop import asked_along
 from ...drive.rigid.machine import EFFORTS, Machine
 from ...drive.rigid.units import own_effort
 from ...errors import InputError
+from ...recording.map import in_map
 from ...recording.signals import FOREIGN_SIGNALS, SIGNALS, Recording
 from ..diagnosis import FloatArray
 from .band import (
@@ -39,6 +40,7 @@ from .band import (
 )
 from .frozen import without_repeats
 from .grid import Taker, bridged, carried_on, eroded, even_grid, jumped, standing_effort, wide
+from .other_motion import unused_motion
 
 _SETTLE = 1.0  # periods of the bandwidth's frequency left out at gaps
 _ENDS = 4.0  # the same at the ends, beyond which the low-passes have to guess how it moved
@@ -163,6 +165,7 @@ def motion_of(
         shown = ", ".join(f"{begin:.3f} to {end:.3f} s" for begin, end in frozen[:4])
         more = f" and {len(frozen) - 4} more times" if len(frozen) > 4 else ""
         notes.append(f"the logger repeats one sample from {shown}{more}: left out")
+    notes += unused_motion(recording, machine)
     take = Taker(recording, grid, rate)
     linear = machine.linear
     position = take("rod_position_m" if linear else "rotor_position_rad")
@@ -175,10 +178,11 @@ def motion_of(
     from_speed = not known.any()
     if from_speed and not np.isfinite(recorded).any():
         wanted = "rod_position_m" if linear else "rotor_position_rad"
-        held = ", ".join(name for name in (*SIGNALS, *FOREIGN_SIGNALS) if recording.has(name))
+        names = (name for name in (*SIGNALS, *FOREIGN_SIGNALS) if recording.has(name))
+        held = ", ".join(in_map(name) for name in names)
         raise InputError(
-            f"{source}: {wanted} is missing; expected the position of the {machine.output} output "
-            f"(recorded: {held or 'nothing'})"
+            f"{source}: {in_map(wanted)} is missing; expected the position of the "
+            f"{machine.output} output (recorded: {held or 'nothing'})"
         )
     if from_speed:
         known = np.isfinite(recorded)

@@ -11,6 +11,7 @@ from dataclasses import replace
 from itertools import combinations
 
 from ...errors import InputError
+from ...recording.map import in_map
 from ...recording.signals import FOREIGN_SIGNALS, SIGNALS, Recording
 from .of_recording import OwnValue
 
@@ -28,8 +29,8 @@ def check_signals(
         if any(having) and not all(having):
             lacks, has = sources[having.index(False)], sources[having.index(True)]
             raise InputError(
-                f"{lacks}: {name} is missing, which {has} has; expected the same signals in all "
-                "recordings of one machine"
+                f"{lacks}: {in_map(name)} is missing, which {has} has; expected the same signals "
+                "in all recordings of one machine"
             )
 
 

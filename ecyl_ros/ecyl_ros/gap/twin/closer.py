@@ -8,6 +8,7 @@ drive with these, nothing else.
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
@@ -22,7 +23,7 @@ from ...drive.rigid.effects_file import as_file
 from ...drive.rigid.law import rigid_law_to_file
 from ...drive.rigid.machine import KEYS, Machine, same_machine
 from ...drive.rigid.units import Units, own_effort
-from ...drive.tolerances import with_constants
+from ...drive.tolerances import ALL, with_constants
 from ...effects.catalogue import CATALOGUE
 from ...errors import InputError
 from ...recording.atomic import replacing
@@ -47,7 +48,12 @@ def write_twin(diagnosis: Diagnosis, drive: str | os.PathLike[str], out: str | P
     if not diagnosis.has_twin:
         raise InputError(f"{out}: not written, for no cause was named")
     text = source.read_bytes().decode("utf-8")
-    twin = _rigid(diagnosis, nominal) if isinstance(nominal, Machine) else _full(diagnosis, nominal)
+    if isinstance(nominal, Machine):
+        # One tolerance of all constants leaves no room for that of a single one.
+        single = holds(text, f"tolerances.{ALL}") or ALL not in nominal.tolerances
+        twin = _rigid(diagnosis, nominal, with_tolerance=single)
+    else:
+        twin = _full(diagnosis, nominal)
     try:
         changed = twin.written(text)
     except ValueError:
@@ -108,7 +114,7 @@ def _full(diagnosis: Diagnosis, nominal: DriveParameters) -> _Twin:
     return _Twin(entries, written, is_meant)
 
 
-def _rigid(diagnosis: Diagnosis, nominal: Machine) -> _Twin:
+def _rigid(diagnosis: Diagnosis, nominal: Machine, *, with_tolerance: bool) -> _Twin:
     machine = diagnosis.closest
     assert machine is not None  # where something was found
     key = "load.mass" if machine.linear else "load.inertia"
@@ -116,6 +122,14 @@ def _rigid(diagnosis: Diagnosis, nominal: Machine) -> _Twin:
         possible = KEYS[key]
         if not possible.low <= _digits(machine.inertia) <= possible.high:
             machine = replace(machine, inertia=None)  # not seen here: as unknown as before
+    fresh: dict[str, float] = {}
+    if nominal.inertia is None and machine.inertia is not None:
+        fresh[key] = _digits(machine.inertia)
+        share = _known_to(diagnosis, machine.inertia)
+        told = nominal.tolerances
+        if with_tolerance and share is not None and key not in told:
+            fresh[f"tolerances.{key}"] = share
+            machine = replace(machine, tolerances={**told, key: share})
     units = Units(machine.effects_unit or own_effort(machine.linear), machine.linear)
     effects: dict[str, Mapping[str, Any]] = {
         name: {key: _digits(value) for key, value in values.items()}
@@ -136,16 +150,23 @@ def _rigid(diagnosis: Diagnosis, nominal: Machine) -> _Twin:
     }
 
     def written(text: str) -> str:
-        text = with_values(text, dict(constants))
-        text = add_effects(text, effects, _remarks(diagnosis)) if effects else text
-        if nominal.inertia is None and machine.inertia is not None:
-            text = add_values(text, {key: _digits(machine.inertia)})
-        return text
+        text = add_values(with_values(text, dict(constants)), fresh)
+        return add_effects(text, effects, _remarks(diagnosis)) if effects else text
 
     def is_meant(found: DriveParameters | Machine) -> bool:
         return isinstance(found, Machine) and same_machine(found, machine)
 
     return _Twin(effects, written, is_meant)
+
+
+def _known_to(diagnosis: Diagnosis, inertia: float) -> float | None:
+    """The share of an inertia that holds its 95 % interval; None where that was not measured."""
+    names = ("mass_kg", "inertia_kg_m2")
+    found = next((one for one in diagnosis.measured if one.name in names), None)
+    if found is None or not inertia > 0.0:
+        return None
+    share = max(found.high - inertia, inertia - found.low) / inertia
+    return math.ceil(100.0 * share) / 100.0 if 0.0 < share <= 1.0 else None
 
 
 def _constants(

@@ -230,22 +230,35 @@ def _merged(
 def add_values(text: str, values: Mapping[str, float | list[float]]) -> str:
     """The text of a drive file with numbers under dotted keys that it has not.
 
-    Among the others of their group where the file has one, else with their dotted name.
+    Among the others of their group where the file has one, else in a group of their own behind all
+    that stands there.
+
+    Raises:
+        ValueError: a group that holds no keys, such as one tolerance of all constants.
     """
     newline = "\r\n" if "\r\n" in text else "\n"
     edits: list[tuple[int, str]] = []
     for _, section in _sections(text):
         for key, value in values.items():
-            name, of = key, section
-            group = _value(section, key.partition(".")[0])
-            if isinstance(group, yaml.MappingNode) and group.value:
-                name, of = key.partition(".")[2], group
-            listed = value if isinstance(value, list) else [value]
-            shown = ", ".join(number(one) for one in listed)
-            shown = f"[{shown}]" if isinstance(value, list) else shown
-            first = of.value[0][0].start_mark
-            between = ", " if of.flow_style else newline + " " * first.column
-            edits.append((first.index, f"{name}: {shown}{between}"))
+            name, _, inner = key.partition(".")
+            group = _value(section, name)
+            shown = entry(value)
+            if group is None:
+                made = f"{name}: {{{inner}: {shown}}}"
+                if section.flow_style:
+                    edits.append((max(_end(one) for _, one in section.value), f", {made}"))
+                else:
+                    margin = newline + " " * section.start_mark.column
+                    edits.append((_line_end(text, _end(section)), f"{margin}{made}"))
+                continue
+            if not isinstance(group, yaml.MappingNode):
+                raise ValueError(f"{name} holds no keys")
+            if not group.value:
+                edits.append((group.start_mark.index + 1, f"{inner}: {shown}"))
+                continue
+            first = group.value[0][0].start_mark
+            between = ", " if group.flow_style else newline + " " * first.column
+            edits.append((first.index, f"{inner}: {shown}{between}"))
     for at, new in sorted(edits, reverse=True):
         text = text[:at] + new + text[at:]
     return text
