@@ -47,6 +47,7 @@ class Catalogue:
             + model.coulomb[1] * along.backwards
             + model.constant
             + model.stiffness * motion.position
+            + (1.0 - model.ratio) * motion.injected
         )
         shares = [one for one in model.shapes if RIGID[one.name].of_effort]
         for one in model.shapes:
