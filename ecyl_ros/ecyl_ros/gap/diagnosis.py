@@ -30,13 +30,17 @@ VERDICTS = (
 
 @dataclass(frozen=True)
 class SignalGap:
-    """RMS of recorded less simulated on held-out stretches, in the signal's unit."""
+    """RMS of recorded less simulated on held-out stretches, in the signal's unit.
+
+    judged: whether the verdict rests on it; what a rigid drive's replay builds up is only shown.
+    """
 
     name: str
     unit: str
     gap: float
     after: float
     floor: float
+    judged: bool = True
 
 
 @dataclass(frozen=True)

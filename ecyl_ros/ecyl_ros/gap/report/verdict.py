@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ..diagnosis import Cause, ConditionShare, Diagnosis, SignalGap
-from ..judge.verdict import shrink_of
+from ..judge.verdict import NO_GAP_RATIO, shrink_of
 from . import law as law_words
 from . import quantities as q
 from . import together, words
@@ -38,9 +38,14 @@ def _said(diagnosis: Diagnosis) -> str:
     return _partly(diagnosis)
 
 
-def strongest(diagnosis: Diagnosis, after: bool = False) -> SignalGap | None:
-    """The signal whose gap stands highest over its floor; before unless `after`."""
-    known = [one for one in diagnosis.signals if one.floor > 0.0]
+def strongest(
+    diagnosis: Diagnosis, after: bool = False, judged: bool | None = None
+) -> SignalGap | None:
+    """The signal whose gap stands highest over its floor; before unless `after`.
+
+    judged: of those that the verdict rests on, or of the others; None: of all.
+    """
+    known = [one for one in diagnosis.signals if one.floor > 0.0 and judged in (None, one.judged)]
     if not known:
         return None
     return max(known, key=lambda one: (one.after if after else one.gap) / one.floor)
@@ -66,14 +71,20 @@ def _floor(diagnosis: Diagnosis, adjective: str = "measurement ") -> str:
 
 
 def _no_gap(diagnosis: Diagnosis) -> str:
-    worst = strongest(diagnosis)
+    worst, built_up = (strongest(diagnosis, judged=one) for one in (True, False))
     at = "the measurement noise" if diagnosis.floor_is == _NOISE_NAME else diagnosis.floor_is
     text = f"There is no gap to explain: the nominal model already reaches {at}"
     if worst is None:
         return f"{text}."
-    return (
+    text = (
         f"{text}. The signal furthest from it, the {words.signal(worst.name)}, is at "
         f"{q.times(worst.gap, worst.floor)} times {_floor(diagnosis, '')}."
+    )
+    if built_up is None or built_up.gap <= NO_GAP_RATIO * built_up.floor:
+        return text
+    return (
+        f"{text} Replayed, what is left of it builds up: the {words.signal(built_up.name)} comes "
+        f"to {q.times(built_up.gap, built_up.floor)} times its own floor."
     )
 
 

@@ -120,7 +120,8 @@ class Judgement:
         reason = ""
         # An effort that wanders by itself does not repeat either: that is no floor, but a gap.
         wanders = self.floor > _WANDERS * self.spread and self.floor > 3.0 * self.white
-        no_gap = nominal <= NO_GAP_RATIO * floor and not wanders
+        at_floor = nominal <= NO_GAP_RATIO * floor
+        no_gap = at_floor and not wanders
         if wanders:
             self.notes.append(
                 f"{100.0 * self.floor / self.spread:.0f} % of the {self.motion.effort_name} does "
@@ -132,7 +133,8 @@ class Judgement:
         # Where constants within their tolerances do, there is nothing left to explain.
         held = contest.base.rms(self.judged)
         settled = no_gap or (held <= NO_GAP_RATIO * floor and not (strained or wanders))
-        named = bool(causes) and helps and not settled
+        # What stands no higher than its floor holds nothing that a cause could take away.
+        named = bool(causes) and helps and not (settled or at_floor)
         if named and any(self._unsure(one) for one in contest.order):
             causes = self._sure_ones(causes, before, surplus)
             if not causes:
