@@ -102,6 +102,10 @@ class Judgement:
         self._shares: dict[str, float] = {}
         self.competed = contest.order
 
+    def void(self, term: Term) -> str:
+        """Why a term of the closest set is no cause; empty where it may be one."""
+        return self._void[term.key]
+
     def _helps(self, before: float, best: float, surplus: float) -> bool:
         close = best <= _CLOSE * self.floor
         return before - best >= (_HELPS_CLOSE if close else HELPS) * surplus
@@ -340,7 +344,10 @@ class Judgement:
                 why = self._void[term.key] or why
                 if why not in SILENT:  # of any recording, and not worth a word
                     self.notes.append(f"{one.title}: {why}")
-        path = [self.null.fit(kept[: end + 1]) for end in range(len(kept))]
+        # Nor does what is not named come in again as a constant that the sheet does not allow.
+        named = {one.effect for one in kept}
+        null = self.null.holding({one.effect for one in contest.order} - named)
+        path = [null.fit(kept[: end + 1]) for end in range(len(kept))]
         self.contest = dataclasses.replace(
             contest, winner=path[-1] if path else contest.base, order=tuple(kept), path=tuple(path)
         )

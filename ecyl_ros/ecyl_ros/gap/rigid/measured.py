@@ -12,6 +12,7 @@ from ...effects import load_coulomb_friction as coulomb
 from ...effects import load_inertia_error as inertia
 from ...effects import load_viscous_friction as viscous
 from ...effects.along import Along
+from ...effects.catalogue import RIGID
 from ...effects.term import Interval, Term
 from ..diagnosis import BoolArray, FloatArray, Measured
 from .balance import Balance
@@ -35,7 +36,7 @@ def measured(
     terms = list(closest.free)
     keys = {one.key for one in terms}
     refined = {name for one in terms for name in one.refines} | {one.effect for one in terms}
-    known = [inertia.term(along)]
+    known = [] if _exact(along, inertia.term(along)) else [inertia.term(along)]
     friction = any(model.coulomb) and along.both_ways
     if friction and model.coulomb + model.viscous != model.coulomb[::-1] + model.viscous[::-1]:
         known.append(by_direction.term(along))
@@ -56,6 +57,12 @@ def measured(
     prior = np.concatenate([closest.prior, np.zeros(sum(one.columns.shape[0] for one in shown))])
     rest = balance.fit([*closest.terms, *shown], rows, prior=prior).residual[rows]
     return (*(one for one in totals if one is not None), relative_error(balance, rest, rows))
+
+
+def _exact(along: Along, term: Term) -> bool:
+    """Whether the file states the constant that a term gives another value, and is sure of it."""
+    machine = along.machine
+    return machine.half_widths().get(RIGID[term.effect].constant[not machine.linear]) == 0.0
 
 
 def relative_error(balance: Balance, left: FloatArray, rows: BoolArray) -> Measured:
