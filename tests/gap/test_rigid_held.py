@@ -43,7 +43,7 @@ def test_an_arm_that_a_hand_moves_has_its_inertia_still() -> None:
     m = motion(1.0)
     result = diagnose(recorded(m, WEIGHT * np.sin(m.q), ARM, 0.01, 1e-5), ARM)
     assert _inertia(result) >= LEAST
-    assert any("asks for load.inertia" in note for note in result.notes)
+    assert any("asks for load.inertia to be" in note for note in result.notes)
     assert result.verdict not in ("no_gap", "within_sheet", "explained")
 
 

@@ -64,9 +64,10 @@ def term(along: Along) -> Term:
 
 def _told(along: Along) -> bool:
     """Whether the gain may be another than the file's, and something known tells it."""
-    machine, known = along.machine, along.known_inertia or bool(along.motion.injected.any())
-    unsure = machine.half_widths().get("actuation.gain", 0.0) > 0.0
-    return known and machine.gain is not None and (machine.gain != 1.0 or unsure)
+    machine = along.machine
+    if along.motion.injected.any() and machine.half_widths().get("actuation.gain", 0.0) > 0.0:
+        return True
+    return machine.gain not in (None, 1.0) and along.known_inertia
 
 
 def _merged(old: Values, new: Values, along: Along) -> Values:

@@ -15,7 +15,7 @@ from .assemble import assembled
 from .balance import Balance
 from .compete import compete, concluded
 from .floor import repeatability, white_part
-from .held import said_of, unbelieved
+from .held import off_sheet, said_of, unbelieved
 from .judge import Judgement
 from .lag import MOVED, in_bounds, lag_left, sampling_lag
 from .lower import rigid_band
@@ -82,7 +82,7 @@ def judged(
         return _competed(motion, machine, without, source, tell, differing, known, held)
 
     judgement = competed()
-    held, said = set[str](), list[str]()
+    held, off, said = set[str](), list[str](), list[str]()
     lower = rigid_band(judgement)
     if lower is not None:
         motion = lower
@@ -92,10 +92,12 @@ def judged(
         )
         judgement = competed()
     while more := unbelieved(judgement) - held:
-        said += said_of(judgement, more)
+        off += off_sheet(judgement, more)
         held |= more
         judgement = competed(held)
     judgement.notes += said
+    if off:
+        judgement.notes.append(said_of(judgement, off))
     return judgement
 
 

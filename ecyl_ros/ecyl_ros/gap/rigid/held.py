@@ -9,18 +9,17 @@ within its tolerance, and the effects compete for what that leaves.
 from __future__ import annotations
 
 from ...effects.catalogue import RIGID
-from ..report import quantities as q
 from .judge import Judgement
 from .sheet import sheet_values
 from .void import SILENT
 
 
 def unbelieved(judgement: Judgement) -> set[str]:
-    """Effects that stand for such constants: nothing is named for what strains them, or what is
-    can be no cause."""
+    """Effects that stand for such constants: beyond their tolerance without a cause, or with one
+    that can be none."""
     contest, machine = judgement.contest, judgement.machine
     stated, linear = machine.half_widths(), machine.linear
-    found = set(judgement.null.strained(contest.winner))
+    found = contest.winner.beyond.intersection(judgement.null.strained(contest.winner))
     for term in contest.order:
         known = RIGID[term.effect].constant[not linear] in stated
         if known and judgement.void(term) not in ("", *SILENT):
@@ -28,15 +27,18 @@ def unbelieved(judgement: Judgement) -> set[str]:
     return found
 
 
-def said_of(judgement: Judgement, effects: set[str]) -> list[str]:
-    """Notes of these constants, from what came out before they were held."""
+def off_sheet(judgement: Judgement, effects: set[str]) -> list[str]:
+    """How far these constants would be off, from what came out before they were held."""
     terms = [one for one in judgement.whole.terms if one.effect in effects]
     found = sheet_values(terms, judgement.spans, judgement.machine, judgement.units)
-    effort = judgement.motion.effort_name
-    return [
-        f"the {effort} asks for {one.parameter} = {q.amount(one.value, one.unit)} where "
-        f"{q.amount(one.nominal, one.unit)} is stated, and no cause stands for that: held within "
-        "its tolerance. It hardly goes with the motion as a machine of this sheet would make it: "
-        "something that is not recorded moves the output, too, or its parts are not rigid"
-        for one in found
-    ]
+    off = [one for one in found if abs(one.pull) > 1.0]
+    return [f"{one.parameter} to be {abs(one.pull):.1f} tolerances off its sheet" for one in off]
+
+
+def said_of(judgement: Judgement, off: list[str]) -> str:
+    """The note of constants that were held; off: see `off_sheet`."""
+    return (
+        f"the {judgement.motion.effort_name} asks for {' and '.join(off)}, and no cause stands for "
+        "that: held within its tolerance. The effort hardly goes with the motion of such a "
+        "machine: something that is not recorded moves the output, too, or parts are not rigid"
+    )

@@ -158,6 +158,10 @@ class Null:
         for key, width in machine.half_widths().items():
             if width <= 0.0 or any(key in RIGID[one.name].constant for one in machine.effects):
                 continue
+            # Of a measured torque nothing but another torque tells how it is counted.
+            of_sensor = key == _GAIN and machine.actuation in ("force", "torque")
+            if of_sensor and not catalogue.motion.injected.any():
+                continue
             # The gain's coefficient is a share; others count effort as it was recorded.
             scale = 1.0 / float(getattr(machine, KEYS[key].field)) if key == _GAIN else per_own
             found += [
