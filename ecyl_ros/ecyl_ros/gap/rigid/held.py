@@ -1,4 +1,4 @@
-"""Constants that the effort would have far off their sheet, and that no cause stands for.
+"""Constants that the effort would have off their sheet in a way that can be no cause.
 
 Where the effort hardly follows the acceleration (a hand moves the output, a pendulum swings by its
 weight, the rotor shakes in its backlash), an inertia next to nothing leaves least, whatever its
@@ -15,15 +15,23 @@ from .void import SILENT
 
 
 def unbelieved(judgement: Judgement) -> set[str]:
-    """Effects that stand for such constants: beyond their tolerance without a cause, or with one
-    that can be none."""
-    contest, machine = judgement.contest, judgement.machine
+    """Effects that stand for such constants: as a cause they are void, or an inertia may be none.
+
+    A constant that is off its sheet for a reason which the catalogue lacks is not among them: held,
+    it would have to be made up for by what is no cause.
+    """
+    machine, null, winner = judgement.machine, judgement.null, judgement.contest.winner
     stated, linear = machine.half_widths(), machine.linear
-    found = contest.winner.beyond.intersection(judgement.null.strained(contest.winner))
-    for term in contest.order:
+    found = set[str]()
+    for term in judgement.contest.order:
         known = RIGID[term.effect].constant[not linear] in stated
         if known and judgement.void(term) not in ("", *SILENT):
             found.add(term.effect)
+    strained = winner.beyond.intersection(null.strained(winner))
+    for term in judgement.whole.terms:
+        if term.effect in strained and term.inertia:
+            told = sheet_values([term], judgement.spans, machine, judgement.units)
+            found.update(term.effect for one in told if one.low <= 0.0)
     return found
 
 
@@ -38,7 +46,7 @@ def off_sheet(judgement: Judgement, effects: set[str]) -> list[str]:
 def said_of(judgement: Judgement, off: list[str]) -> str:
     """The note of constants that were held; off: see `off_sheet`."""
     return (
-        f"the {judgement.motion.effort_name} asks for {' and '.join(off)}, and no cause stands for "
-        "that: held within its tolerance. The effort hardly goes with the motion of such a "
+        f"the {judgement.motion.effort_name} asks for {' and '.join(off)}, which can be no cause: "
+        "held within the tolerance. The effort hardly goes with the motion of such a "
         "machine: something that is not recorded moves the output, too, or parts are not rigid"
     )
