@@ -64,3 +64,12 @@ def test_a_replay_that_gets_worse_lowers_the_verdict(monkeypatch, position, spee
     noted = any(note.startswith("replayed with") for note in result.notes)
     assert result.verdict == verdict and result.causes
     assert noted == (verdict != "explained")
+
+
+def test_a_replay_that_goes_twice_as_far_off_refutes_its_cause(monkeypatch) -> None:
+    """Position 3 floors off without the cause and 7 with it: no cause, and a note says which."""
+    signals = (SignalGap("position", "rad", 3.0, 7.0, 1.0),)
+    monkeypatch.setattr(assemble, "replay", lambda judgement, ruling: Replay(signals=signals))
+    result = diagnose(_light(0.5), ROTARY)
+    assert result.verdict in ("unexplained", "described") and not result.causes
+    assert any("times as far off as without: wrong rotor" in note for note in result.notes)

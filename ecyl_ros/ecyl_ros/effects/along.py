@@ -106,7 +106,7 @@ class Along:
         )
 
     def keys_effort(self) -> FloatArray:
-        """The effort that the keys of the file ask for, by its own gain."""
+        """The effort that the keys of the file ask of the drive, by its own gain."""
         keys, motion = self.model.keys, self.motion
         made: FloatArray = (
             keys.inertia * motion.acceleration
@@ -114,5 +114,6 @@ class Along:
             + keys.coulomb * self.sign
             + keys.constant
             + keys.stiffness * motion.position
+            - motion.injected
         )
         return made

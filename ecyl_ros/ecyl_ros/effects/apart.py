@@ -54,6 +54,7 @@ def apart(term: Term, parts: Sequence[slice], *, by_size: bool = False) -> Term:
         parameters=parameters,
         values=by_stem,
         low=term.low * len(parts),
+        high=term.high * len(parts),
         again=again,
         common=term,
     )

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
+import numpy as np
+
 from ..drive.compiled import kernel
 from .along import Along
-from .effect import Effect
-from .rigid_form import HUGE, RigidForm, Stem
-from .term import Term
-from .waves import parts, phase_stem, sine, wave
+from .effect import Effect, FloatArray
+from .rigid_form import HUGE, RigidForm, Stem, Values
+from .term import Fitted, Parameters, Term, holds_nominal, plain
+from .waves import begin, parts, phase_stem, sine, size, wave
 
 EFFECT = Effect(
     name="gravity_on_arm",
@@ -22,17 +26,47 @@ EFFECT = Effect(
 
 
 def term(along: Along) -> Term:
-    """A sine of the angle, once per turn; of an output that goes round cogging may be one, too."""
-    return sine(
+    """A sine of the angle, once per turn; of an output that goes round cogging may be one, too.
+
+    There is one weight: what is told is that of the file and what comes on top of it together.
+    """
+    units, stated = along.units, _stated(along)
+
+    def parameters(c: FloatArray) -> Parameters:
+        both = c + stated
+        amplitude = (units.level("amplitude"), units.effort, size(both))
+        return amplitude, ("phase_rad", "rad", begin(both))
+
+    made = sine(
         along.motion.position,
         "amplitude",
-        (along.units.level("amplitude"), along.units.effort),
+        (units.level("amplitude"), units.effort),
         effect="gravity_on_arm",
         key="gravity",
         refines=("constant_load", "spring_load"),
         alternatives=("cogging_torque", "encoder_eccentricity") if along.turns else (),
         mean=True,
     )
+    return replace(made, parameters=parameters)
+
+
+def _stated(along: Along) -> FloatArray:
+    """Coefficients of the weight in the file."""
+    found = [one.values for one in along.machine.effects if one.name == EFFECT.name]
+    return np.sum([parts(one["amplitude"], one["phase"]) for one in found] or [(0.0, 0.0)], axis=0)
+
+
+def _merged(old: Values, new: Values, along: Along) -> Values:
+    both = np.sum([parts(one["amplitude"], one["phase"]) for one in (old, new) if one], axis=0)
+    return {"amplitude": size(both), "phase": begin(both)}
+
+
+def _void(fitted: Fitted) -> str:
+    stated = _stated(fitted.along)
+    if not stated.any():
+        return plain(fitted)
+    amplitude, phase = fitted.spans
+    return holds_nominal(amplitude, size(stated)) and holds_nominal(phase, begin(stated))
 
 
 RIGID = RigidForm(
@@ -41,6 +75,8 @@ RIGID = RigidForm(
     tried=lambda along, left: [] if along.machine.linear else [()],
     coefficients=lambda values: parts(values["amplitude"], values["phase"]),
     twins=("spring_load",),
+    void=_void,
+    merged=_merged,
 )
 
 

@@ -45,7 +45,8 @@ class Term:
         columns: float64[k, n] on the grid of the motion.
         parameters: from its coefficients. values: the same by stem, phases and rest positions
             included; of inertia and gain what comes on top.
-        low: least value of each coefficient; -inf where it may have any.
+        low: least value of each coefficient; -inf where it may have any. high: the largest, where
+            there is one.
         refines: effects that it contains. holds: others that it can take the place of.
         alternatives: effects that give the same columns in a rigid drive. bent_by: effects that
             bend its values but cannot make it.
@@ -74,6 +75,7 @@ class Term:
     parameters: Callable[[FloatArray], Parameters]
     values: Callable[[FloatArray], dict[str, float]]
     low: tuple[float, ...]
+    high: tuple[float, ...] = ()
     refines: tuple[str, ...] = ()
     holds: tuple[str, ...] = ()
     alternatives: tuple[str, ...] = ()

@@ -47,7 +47,7 @@ EFFECT = Effect(
 
 
 def term(along: Along) -> Term:
-    """Another gain of a rigid drive: what the file's keys ask, scaled."""
+    """Another gain of a rigid drive: what the file's keys, and a known injection, ask, scaled."""
     ratio, gain = along.model.ratio, along.machine.gain or 1.0
     name, unit = along.units.gain(along.machine.actuation == "voltage")
     return Term(
@@ -62,6 +62,14 @@ def term(along: Along) -> Term:
     )
 
 
+def _told(along: Along) -> bool:
+    """Whether the gain may be another than the file's, and something known tells it."""
+    machine = along.machine
+    if along.motion.injected.any() and machine.half_widths().get("actuation.gain", 0.0) > 0.0:
+        return True
+    return machine.gain not in (None, 1.0) and along.known_inertia
+
+
 def _merged(old: Values, new: Values, along: Along) -> Values:
     stem = "per_volt" if along.machine.actuation == "voltage" else "per_ampere"
     return {stem: (along.machine.gain or 1.0) / (along.model.ratio + new["ratio"])}
@@ -73,9 +81,7 @@ RIGID = RigidForm(
         Stem("per_volt", "gain", 1e-9, HUGE, "true one", either=True),
     ),
     term=term,
-    tried=lambda along, left: (
-        [()] if along.machine.gain not in (None, 1.0) and along.known_inertia else []
-    ),
+    tried=lambda along, left: [()] if _told(along) else [],
     modify=lambda model, values: model,  # by its ratio
     ratio=lambda values, gain: gain / next(iter(values.values())),
     constant=("actuation.gain",) * 2,

@@ -35,6 +35,11 @@ def size(coefficients: FloatArray) -> float:
     return float(np.hypot(coefficients[0], coefficients[1]))
 
 
+def begin(coefficients: FloatArray) -> float:
+    """Phase."""
+    return math.atan2(float(coefficients[1]), float(coefficients[0]))
+
+
 def phase_stem(meaning: str) -> Stem:
     """Where the sine begins."""
     return Stem("phase", "angle", -10.0, 10.0, f"of the sine at {meaning}", default=0.0)
@@ -58,7 +63,7 @@ def sine(
         parameters=lambda c: ((*first, size(c)), *found),
         values=lambda c: {
             stem: size(c),
-            "phase": math.atan2(float(c[1]), float(c[0])),
+            "phase": begin(c),
             **(stems or {}),
         },
         low=(-math.inf, -math.inf),

@@ -32,13 +32,17 @@ VERDICTS = (
 @dataclass(frozen=True)
 class SignalGap:
     """RMS of recorded less simulated on held-out stretches, in the signal's unit; NaN where the
-    replay ran away."""
+    replay ran away.
+
+    judged: whether the verdict rests on it; what a rigid drive's replay builds up is only shown.
+    """
 
     name: str
     unit: str
     gap: float
     after: float
     floor: float
+    judged: bool = True
 
     def as_json(self) -> dict[str, Any]:
         """Plain data; None for NaN."""

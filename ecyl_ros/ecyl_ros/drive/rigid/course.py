@@ -21,6 +21,8 @@ class Course:
         raw_position: as recorded (bridged over short gaps).
         recorded_velocity, reference_position, reference_velocity: NaN where not recorded.
         effort: in the unit that the machine's effects are counted in; NaN where there is none.
+        injected: of `effort`, what was put on the output from outside and is known in N or N m,
+            whatever the drive's own gain; 0 where nothing was.
         usable: bool[n], where the motion is known.
         speed_noise: standard deviation of the noise of `velocity`.
     """
@@ -35,6 +37,7 @@ class Course:
     reference_position: FloatArray
     reference_velocity: FloatArray
     effort: FloatArray
+    injected: FloatArray
     usable: BoolArray
     speed_noise: float
 

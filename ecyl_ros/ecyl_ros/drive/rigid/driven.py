@@ -70,13 +70,15 @@ def by_effort(
     model = model_of(machine, own)
     plant = plant_of(model)
     memory = remembered(model.learned, motion, motion.effort)
+    # The model counts effort as the drive's was recorded; what was injected is what it is.
+    driving = motion.effort + (model.ratio - 1.0) * motion.injected
     rate = motion.rate_hz
     steps = max(1, math.ceil(2.0 / (5.0 * rate * _FINEST_S)))
     found = _nothing(motion)
     h = 1.0 / (rate * steps)
     for first, behind in parts:
         time = motion.time_s[first] + h * np.arange((behind - first) * steps)
-        effort = np.interp(time + 0.5 * h - model.delay_s, motion.time_s, motion.effort)
+        effort = np.interp(time + 0.5 * h - model.delay_s, motion.time_s, driving)
         pushed = np.interp(time + 0.5 * h, motion.time_s, push)
         position, speed = _begin(motion, first)
         positions, speeds = along(

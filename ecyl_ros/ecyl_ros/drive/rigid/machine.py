@@ -91,16 +91,16 @@ class Machine:
     def half_widths(self) -> dict[str, float]:
         """Half width that holds 95 % of sound machines, of each constant that the file states.
 
-        By key and in its unit. A force or torque that was measured as such needs no gain, and has
-        one that is uncertain only where the file says so by name.
+        By key and in its unit. A force or torque that was measured as such is as sure as that,
+        unless the file says by name how unsure its gain is.
         """
         nominal = {}
         for key in RIGID:
             item = KEYS[key]
             value = getattr(self, item.field)
-            own = item.field == "gain" and self.actuation in ("force", "torque")
-            own = own and key not in self.tolerances
-            if value and not own and self.output in item.outputs:
+            sure = item.field == "gain" and self.actuation in ("force", "torque")
+            sure = sure and key not in self.tolerances
+            if value and not sure and self.output in item.outputs:
                 nominal[key] = float(value)
         return half_widths(nominal, self.tolerances, RIGID)
 

@@ -212,6 +212,8 @@ def _told(term: Term, size: float, way: tuple[float, ...], count: int) -> Limit 
         return Limit(term.effect, name, unit, None, neutral, 1, at)
     coefficients[: len(way)] = np.array(way) * size
     value = term.parameters(coefficients)[0][2]
+    if term.phase.size and neutral:  # what comes on top, in whatever phase
+        value = neutral + float(np.linalg.norm(coefficients))
     if not math.isfinite(value):
         return None
     return Limit(term.effect, name, unit, abs(value - neutral), neutral, 1, at)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from ..diagnosis import Cause, ConditionShare, Diagnosis, SignalGap
-from ..judge.verdict import shrink_of
+from ..judge.verdict import NO_GAP_RATIO, shrink_of
 from . import law as law_words
 from . import quantities as q
 from . import together, words
@@ -40,14 +40,19 @@ def _said(diagnosis: Diagnosis) -> str:
     return _partly(diagnosis)
 
 
-def strongest(diagnosis: Diagnosis, after: bool = False) -> SignalGap | None:
-    """The signal whose gap stands highest over its floor; before unless `after`."""
+def strongest(
+    diagnosis: Diagnosis, after: bool = False, judged: bool | None = None
+) -> SignalGap | None:
+    """The signal whose gap stands highest over its floor; before unless `after`.
+
+    judged: of those that the verdict rests on, or of the others; None: of all.
+    """
 
     def over(one: SignalGap) -> float:
         return (one.after if after else one.gap) / one.floor
 
-    known = [one for one in diagnosis.signals if one.floor > 0.0 and math.isfinite(over(one))]
-    return max(known, key=over, default=None)
+    known = [one for one in diagnosis.signals if one.floor > 0.0 and judged in (None, one.judged)]
+    return max((one for one in known if math.isfinite(over(one))), key=over, default=None)
 
 
 def telling_condition(diagnosis: Diagnosis) -> ConditionShare | None:
@@ -70,14 +75,20 @@ def _floor(diagnosis: Diagnosis, adjective: str = "measurement ") -> str:
 
 
 def _no_gap(diagnosis: Diagnosis) -> str:
-    worst = strongest(diagnosis)
+    worst, built_up = (strongest(diagnosis, judged=one) for one in (True, False))
     at = "the measurement noise" if diagnosis.floor_is == _NOISE_NAME else diagnosis.floor_is
     text = f"There is no gap to explain: the nominal model already reaches {at}"
     if worst is None:
         return f"{text}."
-    return (
+    text = (
         f"{text}. The signal furthest from it, the {words.signal(worst.name)}, is at "
         f"{q.times(worst.gap, worst.floor)} times {_floor(diagnosis, '')}."
+    )
+    if built_up is None or built_up.gap <= NO_GAP_RATIO * built_up.floor:
+        return text
+    return (
+        f"{text} Replayed, what is left of it builds up: the {words.signal(built_up.name)} comes "
+        f"to {q.times(built_up.gap, built_up.floor)} times its own floor."
     )
 
 

@@ -23,7 +23,7 @@ from .other_motion import unused_motion
 from .replay import Replay, replay
 from .runaway import without_runaways
 from .sheet import sheet_values
-from .witness import borne_out, heard
+from .witness import borne_out, heard, refuted
 
 
 def assembled(
@@ -37,12 +37,15 @@ def assembled(
     """Rule, replay, and put together what is said. mode: that was judged, None for all."""
     ruled = judgement.rule()
     terms = judgement.contest.order  # without what is not sure enough, once that is ruled
-    ruling, refuted = borne_out(ruled, terms, judgement.catalogue.model)
+    ruling, light = borne_out(ruled, terms, judgement.catalogue.model)
     played = replay(judgement, ruling)
     over_time = any(one.over_time for one in terms)
+    ruling, far = refuted(ruling, played, over_time=over_time)
+    if far:
+        played = replay(judgement, ruling)
     ruling, worse = heard(ruling, played, over_time=over_time)
     played = without_runaways(played, judgement.judged)
-    judgement.notes += [note for note in (refuted, worse) if note]
+    judgement.notes += [note for note in (light, far, worse) if note]
     balance, contest, floor = judgement.balance, judgement.contest, judgement.floor
     motion, along, spread = judgement.motion, judgement.catalogue.along, judgement.spread
     no_gap, named = ruling.verdict in ("no_gap", "within_sheet"), ruling.named

@@ -126,6 +126,7 @@ class Balance:
         rows = self.fitted if rows is None else rows
         columns = self.columns(terms)
         low = np.array([value for one in terms for value in one.low])
+        high = np.array([value for one in terms for value in one.high or [math.inf] * len(one.low)])
         weights = np.ones(self.target.size)
         coefficients = np.zeros(columns.shape[1])
         prior = np.zeros(columns.shape[1]) if prior is None else prior
@@ -139,7 +140,13 @@ class Balance:
             ridge = prior**2 * share
             blurred = self._blurred(terms)
             coefficients = solve(
-                columns[rows], self.target[rows], weights[rows], low, ridge, blurred, self._noise
+                columns[rows],
+                self.target[rows],
+                weights[rows],
+                (low, high),
+                ridge,
+                blurred,
+                self._noise,
             )
             residual = self.target - columns @ coefficients
             scale = _scale(residual[rows])

@@ -7,12 +7,6 @@ from collections.abc import Callable, Collection
 import numpy as np
 
 from ...drive.rigid.machine import Machine
-from ...effects import (
-    constant_load,
-    direction_dependent_friction,
-    load_viscous_friction,
-    spring_load,
-)
 from ...errors import InputError
 from ...recording.signals import Recording
 from ..describe.rigid import with_rigid_description
@@ -21,8 +15,10 @@ from .assemble import assembled
 from .balance import Balance
 from .compete import compete, concluded
 from .floor import repeatability, white_part
+from .held import off_sheet, said_of, unbelieved
 from .judge import Judgement
 from .lag import MOVED, in_bounds, lag_left, sampling_lag
+from .lower import rigid_band
 from .motion import Motion, motion_of
 from .noise import blur_of, measurement_noise, weighed
 from .null import Null
@@ -80,9 +76,46 @@ def judged(
     tell(0.05)
     catalogue = Catalogue(motion, machine, differing)
     motion = without_offsets(motion, catalogue.along)
-    inertia = inertia_of(catalogue)
-    motion = weighed(motion, inertia)
+    motion = weighed(motion, inertia_of(catalogue))
+
+    def competed(held: Collection[str] = ()) -> Judgement:
+        return _competed(motion, machine, without, source, tell, differing, known, held)
+
+    judgement = competed()
+    held, off, said = set[str](), list[str](), list[str]()
+    lower = rigid_band(judgement)
+    if lower is not None:
+        motion = lower
+        said.append(
+            f"weighed down above {lower.weight_hz:.3g} Hz: in lower bands the inertia is another, "
+            "as where parts are not rigid, or the position's noise is not white"
+        )
+        judgement = competed()
+    while more := unbelieved(judgement) - held:
+        off += off_sheet(judgement, more)
+        held |= more
+        judgement = competed(held)
+    judgement.notes += said
+    if off:
+        judgement.notes.append(said_of(judgement, off))
+    return judgement
+
+
+def _competed(
+    motion: Motion,
+    machine: Machine,
+    without: Collection[str],
+    source: str,
+    tell: Callable[[float], None],
+    differing: Collection[str],
+    known: tuple[float, str] | None,
+    held: Collection[str],
+) -> Judgement:
+    """The same in the band of a motion; held: effects that stand for constants which keep to their
+    tolerance, and do not compete."""
+    without = {*without, *held}
     catalogue = Catalogue(motion, machine, differing)
+    inertia = inertia_of(catalogue)
     blur = blur_of(motion, machine, inertia)
     model = catalogue.model
     balance = Balance(motion, catalogue.nominal(), model, blur)
@@ -96,7 +129,7 @@ def judged(
         )
     floor, floor_is = known or _floor(balance, catalogue, _broad(balance, catalogue))
     floor = min(floor, float(np.std(balance.effort[balance.usable])) or floor)
-    null = Null(balance, catalogue)
+    null = Null(balance, catalogue, held)
     for number in range(_ROUNDS):
         contest = compete(null, floor, without, _part(tell, number))
         finer, finer_is = _finer_floor(balance, catalogue, contest.winner)
@@ -109,7 +142,7 @@ def judged(
         if moved:  # what shakes the machine bends a lag that is sought without it
             lag_s = in_bounds(motion, lag_s + more)
             balance = Balance(motion, catalogue.nominal(), model, blur, lag_s)
-            null = Null(balance, catalogue)
+            null = Null(balance, catalogue, held)
     judgement = Judgement(null, contest, floor, floor_is)
     for _ in range(_SIMPLER):
         simplest = judgement.simplest()
@@ -178,11 +211,7 @@ def check_motion(motion: Motion, machine: Machine, source: str) -> None:
 
 def _broad(balance: Balance, catalogue: Catalogue) -> Solution:
     """A fit that takes most of the smooth dependence on the motion away."""
-    along = catalogue.along
-    smooth = [load_viscous_friction, constant_load, spring_load]
-    if along.both_ways:
-        smooth.append(direction_dependent_friction)
-    return balance.fit([*catalogue.unknown(), *(one.term(along) for one in smooth)])
+    return balance.fit([*catalogue.unknown(), *catalogue.smooth()])
 
 
 def _floor(balance: Balance, catalogue: Catalogue, fit: Solution) -> tuple[float, str]:

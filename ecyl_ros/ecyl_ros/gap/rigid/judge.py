@@ -102,6 +102,10 @@ class Judgement:
         self._shares: dict[str, float] = {}
         self.competed = contest.order
 
+    def void(self, term: Term) -> str:
+        """Why a term of the closest set is no cause; empty where it may be one."""
+        return self._void[term.key]
+
     def _helps(self, before: float, best: float, surplus: float) -> bool:
         close = best <= _CLOSE * self.floor
         return before - best >= (_HELPS_CLOSE if close else HELPS) * surplus
@@ -120,7 +124,8 @@ class Judgement:
         reason = ""
         # An effort that wanders by itself does not repeat either: that is no floor, but a gap.
         wanders = self.floor > _WANDERS * self.spread and self.floor > 3.0 * self.white
-        no_gap = nominal <= NO_GAP_RATIO * floor and not wanders
+        at_floor = nominal <= NO_GAP_RATIO * floor
+        no_gap = at_floor and not wanders
         if wanders:
             self.notes.append(
                 f"{100.0 * self.floor / self.spread:.0f} % of the {self.motion.effort_name} does "
@@ -132,7 +137,8 @@ class Judgement:
         # Where constants within their tolerances do, there is nothing left to explain.
         held = contest.base.rms(self.judged)
         settled = no_gap or (held <= NO_GAP_RATIO * floor and not (strained or wanders))
-        named = bool(causes) and helps and not settled
+        # What stands no higher than its floor holds nothing that a cause could take away.
+        named = bool(causes) and helps and not (settled or at_floor)
         if named and any(self._unsure(one) for one in contest.order):
             causes = self._sure_ones(causes, before, surplus)
             if not causes:
@@ -338,7 +344,10 @@ class Judgement:
                 why = self._void[term.key] or why
                 if why not in SILENT:  # of any recording, and not worth a word
                     self.notes.append(f"{one.title}: {why}")
-        path = [self.null.fit(kept[: end + 1]) for end in range(len(kept))]
+        # Nor does what is not named come in again as a constant that the sheet does not allow.
+        named = {one.effect for one in kept}
+        null = self.null.holding({one.effect for one in contest.order} - named)
+        path = [null.fit(kept[: end + 1]) for end in range(len(kept))]
         self.contest = dataclasses.replace(
             contest, winner=path[-1] if path else contest.base, order=tuple(kept), path=tuple(path)
         )

@@ -14,8 +14,11 @@ from collections.abc import Iterator, Sequence
 from scipy.special import ndtri
 
 from ...drive.rigid.machine import Machine
+from ...effects import load_inertia_error as inertia_error
 from ...effects.term import Interval, Term
 from .balance import Balance
+from .judge import Judgement
+from .motion import Motion
 from .noise import blur_of, in_lower_band
 from .solution import Solution
 
@@ -35,6 +38,26 @@ def where_inertia_holds(
     # The lowest has none below that could disagree.
     at = next(at for at, one in enumerate(told) if _agreed(one, told[at + 1 :]))
     return bands[at], fits[at]
+
+
+def rigid_band(judgement: Judgement) -> Motion | None:
+    """The motion in that band, where the effort has a stated inertia far off its sheet and a lower
+    band than that of the motion; else None.
+
+    Beyond its resonance a machine is not the one of the sheet: the rotor shakes alone.
+    """
+    balance, along, winner = judgement.balance, judgement.catalogue.along, judgement.contest.winner
+    own = inertia_error.term(along)
+    off = {*judgement.null.strained(winner), *winner.effects}
+    if own.effect not in off or not along.known_inertia:
+        return None
+    terms = list(winner.free)
+    # Beside what any machine may ask for along its motion: a weight would bend a low band's.
+    keys, refined = {one.key for one in terms}, {name for one in terms for name in one.refines}
+    smooth = [own, *judgement.catalogue.smooth()]
+    terms += [one for one in smooth if one.key not in keys and one.effect not in refined]
+    within, _ = where_inertia_holds(balance, along.machine, terms)
+    return None if within is balance else within.motion
 
 
 def _agreed(wide: Interval, below: Sequence[Interval]) -> bool:

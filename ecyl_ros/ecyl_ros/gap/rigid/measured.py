@@ -40,7 +40,7 @@ def measured(
     terms = list(closest.free)
     keys = {one.key for one in terms}
     refined = {name for one in terms for name in one.refines} | {one.effect for one in terms}
-    known = [inertia.term(along)]
+    known = [] if _exact(along, inertia.term(along)) else [inertia.term(along)]
     friction = any(model.coulomb) and along.both_ways
     if friction and model.coulomb + model.viscous != model.coulomb[::-1] + model.viscous[::-1]:
         known.append(by_direction.term(along))
@@ -120,6 +120,12 @@ def _said(
     if shown and term.key in named:
         return replace(total, meaning=f"{total.meaning}, beside what is not named")
     return total
+
+
+def _exact(along: Along, term: Term) -> bool:
+    """Whether the file states the constant that a term gives another value, and is sure of it."""
+    machine = along.machine
+    return machine.half_widths().get(RIGID[term.effect].constant[not machine.linear]) == 0.0
 
 
 def relative_error(balance: Balance, left: FloatArray, rows: BoolArray) -> Measured:

@@ -190,7 +190,8 @@ def motion_of(
         position = np.concatenate([[0.0], np.cumsum(0.5 * (speed[1:] + speed[:-1])) / rate])
         notes.append("no position recorded: it was integrated from speed, its start is unknown")
     effort, unit, name = _effort(take, machine, notes)
-    effort = effort + _injected(take, unit, linear, notes)
+    injected = _injected(take, unit, linear, notes)
+    effort = effort + injected
     modes = take.held("mode")
     position = bridged(position, known)
     usable = wide(known, rate)
@@ -275,6 +276,7 @@ def motion_of(
         reference_position=take(f"reference_position_{'m' if linear else 'rad'}"),
         reference_velocity=take(f"reference_velocity_{'m' if linear else 'rad'}_per_s"),
         effort=effort,
+        injected=injected,
         effort_unit=unit,
         effort_name=name,
         other_effort=_other(take, machine),

@@ -7,7 +7,7 @@ out of both sides.
 from __future__ import annotations
 
 import numpy as np
-from scipy.optimize import nnls
+from scipy.optimize import lsq_linear, nnls
 
 from ..diagnosis import FloatArray
 
@@ -30,16 +30,17 @@ def solve(
     columns: FloatArray,
     target: FloatArray,
     weights: FloatArray,
-    low: FloatArray,
+    bounds: tuple[FloatArray, FloatArray],
     ridge: FloatArray,
     blurred: FloatArray,
     noise: tuple[float, float],
 ) -> FloatArray:
-    """Weighted least squares with lower bounds, by normal equations of scaled columns.
+    """Weighted least squares within bounds, by normal equations of scaled columns.
 
-    ridge: float64[k], what the square of a coefficient costs beside the squared residuals. blurred:
-    float64[k], share of the acceleration in each column, whose noise is taken out of both sides;
-    noise: its size, and the inertia by which the target holds it.
+    bounds: of the coefficients, float64[k] each, low and high. ridge: float64[k], what the square
+    of a coefficient costs beside the squared residuals. blurred: float64[k], share of the
+    acceleration in each column, whose noise is taken out of both sides; noise: its size, and the
+    inertia by which the target holds it.
     """
     size = np.sqrt(np.mean(columns**2, axis=0))
     size[size == 0.0] = 1.0
@@ -51,12 +52,18 @@ def solve(
         gram -= brought
         aim += noise[1] * brought @ (blurred / size) / float(np.sum((blurred / size) ** 2))
     found: FloatArray = np.linalg.lstsq(gram, aim, rcond=1e-12)[0] / size
-    if np.all(found >= low):
+    low, high = bounds
+    if np.all((found >= low) & (found <= high)):
         return found
     # The same minimum as of the tall problem: gram = L L', aim = L y.
     values, vectors = np.linalg.eigh(gram)
     root = np.sqrt(np.maximum(values, 1e-12 * values[-1]))
     system, aim = root[:, None] * vectors.T, (vectors.T @ aim) / root
+    if np.isfinite(high).any():
+        within: FloatArray = (
+            lsq_linear(system, aim, (low * size, high * size), method="bvls").x / size
+        )
+        return within
     # What is bounded is counted from its bound; what is free is the difference of two parts.
     floor = np.where(np.isfinite(low), low * size, 0.0)
     free = np.flatnonzero(~np.isfinite(low))

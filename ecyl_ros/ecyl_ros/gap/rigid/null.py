@@ -7,7 +7,8 @@ the file leaves out is free. Alone this is the null: the best that the data shee
 from __future__ import annotations
 
 import copy
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -41,14 +42,36 @@ class Null:
     Attributes:
         balance, catalogue: of one recording. unknown: terms of what the file leaves out.
         uncertain: its constants, and how far a recording lags.
+        held: effects that stand for constants which keep to their tolerance.
         fits: made so far.
     """
 
-    def __init__(self, balance: Balance, catalogue: Catalogue) -> None:
+    def __init__(self, balance: Balance, catalogue: Catalogue, held: Collection[str] = ()) -> None:
         self.balance, self.catalogue = balance, catalogue
         self.unknown = catalogue.unknown()
         self.uncertain = self._uncertain()
+        self.held: frozenset[str] = frozenset()
         self.fits = 0
+        if held:
+            self.hold(held)
+
+    def holding(self, effects: Collection[str]) -> Null:
+        """The same, and the constants that these effects stand for keep to their tolerance."""
+        other = copy.copy(self)
+        other.hold(effects)
+        return other
+
+    def hold(self, effects: Collection[str]) -> None:
+        """See `holding`; an effect that stands for no constant changes nothing."""
+        self.held |= {
+            one.term.effect
+            for one in self.uncertain
+            if one.term.effect in effects and one not in self._lag
+        }
+        self.uncertain = [
+            one._replace(term=_within(one)) if one.term.effect in self.held else one
+            for one in self.uncertain
+        ]
 
     def with_own(self, effect: str) -> Null:
         """The same with values of its own for each recording of the constants an effect tells."""
@@ -100,7 +123,8 @@ class Null:
         for term in solution.terms:
             price = (solution.prior[at] * solution.coefficients[at]) ** 2
             seen = 1.0 - solution.prior[at] ** 2 * inverse[at, at]
-            if price > 0.0 and seen > UNSEEN and price / seen > STRAINED:
+            free = price > 0.0 and term.effect not in self.held
+            if free and seen > UNSEEN and price / seen > STRAINED:
                 found[term.effect] = price / seen
             at += term.columns.shape[0]
         least = _NEARLY * max(found.values(), default=0.0)
@@ -134,6 +158,10 @@ class Null:
         for key, width in machine.half_widths().items():
             if width <= 0.0 or any(key in RIGID[one.name].constant for one in machine.effects):
                 continue
+            # Of a measured torque nothing but another torque tells how it is counted.
+            of_sensor = key == _GAIN and machine.actuation in ("force", "torque")
+            if of_sensor and not catalogue.motion.injected.any():
+                continue
             # The gain's coefficient is a share; others count effort as it was recorded.
             scale = 1.0 / float(getattr(machine, KEYS[key].field)) if key == _GAIN else per_own
             found += [
@@ -154,3 +182,10 @@ class Null:
         plain = self.balance.fit(self.unknown)
         gains = [float(plain.of(one)[0]) for one in self.unknown if one.key == "gain"]
         return gains[0] if gains else 0.0
+
+
+def _within(one: Uncertain) -> Term:
+    """Its term, which may not leave the tolerance."""
+    count = one.term.columns.shape[0]
+    low = tuple(max(least, -one.width) for least in one.term.low)
+    return replace(one.term, low=low, high=(one.width,) * count)

@@ -137,7 +137,8 @@ class _Replayer:
                 for one, other in ((recorded, nominal), (recorded, found), (found, noisy))
             )
             floor = math.hypot(moved, noise.get(name, effort_noise(self.motion)))
-            signals.append(SignalGap(name, self._unit(name), gap, left, max(floor, 1e-300)))
+            floor = max(floor, 1e-300)
+            signals.append(SignalGap(name, self._unit(name), gap, left, floor, judged=False))
         return Replay(
             signals=tuple(signals),
             recorded=recorded,

@@ -28,6 +28,7 @@ def sheet_value(
     nominal = float(getattr(machine, KEYS[key].field))
     on_top = nominal if form.on_top else 0.0
     value, low, high = (on_top + one for one in spans[0][2:])
+    beyond = low > nominal + width or high < nominal - width
     return SheetValue(
         parameter=key,
         unit=KEYS[key].units[not machine.linear],
@@ -36,7 +37,8 @@ def sheet_value(
         value=value,
         low=low,
         high=high,
-        seen=bool(high - low < 2.0 * SEEN * width),
+        # As wide as the sheet's an interval says nothing new, unless it lies beyond.
+        seen=bool(beyond or high - low < 2.0 * SEEN * width),
     )
 
 

@@ -66,6 +66,13 @@ class Solution:
         return float(np.sqrt(np.mean(self.residual[rows] ** 2)))
 
     @property
+    def beyond(self) -> set[str]:
+        """Effects that stand for known constants which lie outside their tolerance."""
+        effects = [one.effect for one in self.terms for _ in range(one.columns.shape[0])]
+        off = np.abs(self.prior * self.coefficients) > 2.0
+        return {name for name, far in zip(effects, off, strict=True) if far}
+
+    @property
     def price(self) -> float:
         """Of the pulls on the sheet, see `gap.sheet`."""
         return float(np.sum((self.prior * self.coefficients) ** 2))

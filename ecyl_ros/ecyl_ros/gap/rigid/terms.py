@@ -13,7 +13,14 @@ from ...drive.rigid.law import asked
 from ...drive.rigid.machine import Machine
 from ...drive.rigid.packed import model_of
 from ...drive.rigid.units import Units
-from ...effects import load_inertia_error, torque_constant_error
+from ...effects import (
+    constant_load,
+    direction_dependent_friction,
+    load_inertia_error,
+    load_viscous_friction,
+    spring_load,
+    torque_constant_error,
+)
 from ...effects.along import Along
 from ...effects.apart import apart
 from ...effects.catalogue import RIGID, rigid_forms
@@ -47,6 +54,7 @@ class Catalogue:
             + model.coulomb[1] * along.backwards
             + model.constant
             + model.stiffness * motion.position
+            + (1.0 - model.ratio) * motion.injected
         )
         shares = [one for one in model.shapes if RIGID[one.name].of_effort]
         for one in model.shapes:
@@ -73,6 +81,14 @@ class Catalogue:
         if not (along.known_inertia or along.model.keys.inertia):
             found.append(load_inertia_error.term(along))
         return found
+
+    def smooth(self) -> list[Term]:
+        """What any machine may ask for along its motion, but for its inertia."""
+        along = self.along
+        made = [load_viscous_friction, constant_load, spring_load]
+        if along.both_ways:
+            made.append(direction_dependent_friction)
+        return [one.term(along) for one in made]
 
     def candidates(self, left: Left) -> list[Term]:
         """Every term that a set may be extended by, given what it leaves."""

@@ -16,6 +16,8 @@ from ..judge.verdict import STRUCTURELESS
 from .judge import Ruling
 from .replay import Replay
 
+_FAR = 2.0  # times the gap that a signal has with the causes: as much again refutes them
+
 
 def borne_out(ruling: Ruling, terms: Sequence[Term], model: Model) -> tuple[Ruling, str]:
     """The ruling, and a note where it is another than before; terms: of its causes.
@@ -28,7 +30,14 @@ def borne_out(ruling: Ruling, terms: Sequence[Term], model: Model) -> tuple[Ruli
     if not (found < nominal and ruling.after * nominal >= ruling.before * found):
         return ruling, ""
     titles = ", ".join(dict.fromkeys(one.title for one in ruling.causes))
-    refuted = dataclasses.replace(
+    return _without_causes(ruling), (
+        "closest in the catalogue, but of so light an output no less of the acceleration is left "
+        f"unexplained: {titles}"
+    )
+
+
+def _without_causes(ruling: Ruling) -> Ruling:
+    return dataclasses.replace(
         ruling,
         verdict="unexplained",
         causes=(),
@@ -36,9 +45,25 @@ def borne_out(ruling: Ruling, terms: Sequence[Term], model: Model) -> tuple[Ruli
         after=ruling.before,
         shrink=0.0,
     )
-    return refuted, (
-        "closest in the catalogue, but of so light an output no less of the acceleration is left "
-        f"unexplained: {titles}"
+
+
+def refuted(ruling: Ruling, played: Replay, *, over_time: bool) -> tuple[Ruling, str]:
+    """The ruling in the light of its replay, and a note where it is another than before.
+
+    Causes that take a signal further away again than it was are none. over_time: see `heard`.
+    """
+    if not ruling.named or over_time:
+        return ruling, ""
+    off = [
+        one for one in played.signals if one.after > max(_FAR * one.gap, STRUCTURELESS * one.floor)
+    ]
+    if not off:
+        return ruling, ""
+    titles = ", ".join(dict.fromkeys(one.title for one in ruling.causes))
+    names = " and ".join(one.name.replace("_", " ") for one in off)
+    return _without_causes(ruling), (
+        f"closest in the catalogue, but replayed with it the {names} comes out more than "
+        f"{_FAR:g} times as far off as without: {titles}"
     )
 
 

@@ -1,0 +1,52 @@
+"""Constants that the effort would have off their sheet in a way that can be no cause.
+
+Where the effort hardly follows the acceleration (a hand moves the output, a pendulum swings by its
+weight, the rotor shakes in its backlash), an inertia next to nothing leaves least, whatever its
+sheet says, and drags the values of all else along. No machine is like that: such a constant is held
+within its tolerance, and the effects compete for what that leaves.
+"""
+
+from __future__ import annotations
+
+from ...effects.catalogue import RIGID
+from .judge import Judgement
+from .sheet import sheet_values
+from .void import SILENT
+
+
+def unbelieved(judgement: Judgement) -> set[str]:
+    """Effects that stand for such constants: as a cause they are void, or an inertia may be none.
+
+    A constant that is off its sheet for a reason which the catalogue lacks is not among them: held,
+    it would have to be made up for by what is no cause.
+    """
+    machine, null, winner = judgement.machine, judgement.null, judgement.contest.winner
+    stated, linear = machine.half_widths(), machine.linear
+    found = set[str]()
+    for term in judgement.contest.order:
+        known = RIGID[term.effect].constant[not linear] in stated
+        if known and judgement.void(term) not in ("", *SILENT):
+            found.add(term.effect)
+    strained = winner.beyond.intersection(null.strained(winner))
+    for term in judgement.whole.terms:
+        if term.effect in strained and term.inertia:
+            told = sheet_values([term], judgement.spans, machine, judgement.units)
+            found.update(term.effect for one in told if one.low <= 0.0)
+    return found
+
+
+def off_sheet(judgement: Judgement, effects: set[str]) -> list[str]:
+    """How far these constants would be off, from what came out before they were held."""
+    terms = [one for one in judgement.whole.terms if one.effect in effects]
+    found = sheet_values(terms, judgement.spans, judgement.machine, judgement.units)
+    off = [one for one in found if abs(one.pull) > 1.0]
+    return [f"{one.parameter} to be {abs(one.pull):.1f} tolerances off its sheet" for one in off]
+
+
+def said_of(judgement: Judgement, off: list[str]) -> str:
+    """The note of constants that were held; off: see `off_sheet`."""
+    return (
+        f"the {judgement.motion.effort_name} asks for {' and '.join(off)}, which can be no cause: "
+        "held within the tolerance. The effort hardly goes with the motion of such a "
+        "machine: something that is not recorded moves the output, too, or parts are not rigid"
+    )
