@@ -230,8 +230,8 @@ def _merged(
 def add_values(text: str, values: Mapping[str, float | list[float]]) -> str:
     """The text of a drive file with numbers under dotted keys that it has not.
 
-    Among the others of their group where the file has one, else in a group of their own behind all
-    that stands there.
+    Among the others of their group where the file has one; else behind all that stands there, with
+    their dotted name where the file has others of their group so, or in a group of their own.
 
     Raises:
         ValueError: a group that holds no keys, such as one tolerance of all constants.
@@ -239,17 +239,17 @@ def add_values(text: str, values: Mapping[str, float | list[float]]) -> str:
     newline = "\r\n" if "\r\n" in text else "\n"
     edits: list[tuple[int, str]] = []
     for _, section in _sections(text):
+        dotted = {node.value.partition(".")[0] for node, _ in section.value if "." in node.value}
+        fresh: dict[str, list[str]] = {}
         for key, value in values.items():
             name, _, inner = key.partition(".")
             group = _value(section, name)
             shown = entry(value)
+            if group is None and name in dotted:
+                edits.append(_behind(text, section, f"{key}: {shown}", newline))
+                continue
             if group is None:
-                made = f"{name}: {{{inner}: {shown}}}"
-                if section.flow_style:
-                    edits.append((max(_end(one) for _, one in section.value), f", {made}"))
-                else:
-                    margin = newline + " " * section.start_mark.column
-                    edits.append((_line_end(text, _end(section)), f"{margin}{made}"))
+                fresh.setdefault(name, []).append(f"{inner}: {shown}")
                 continue
             if not isinstance(group, yaml.MappingNode):
                 raise ValueError(f"{name} holds no keys")
@@ -259,6 +259,17 @@ def add_values(text: str, values: Mapping[str, float | list[float]]) -> str:
             first = group.value[0][0].start_mark
             between = ", " if group.flow_style else newline + " " * first.column
             edits.append((first.index, f"{inner}: {shown}{between}"))
+        for name, entries in fresh.items():
+            made = f"{name}: {{{', '.join(entries)}}}"
+            edits.append(_behind(text, section, made, newline))
     for at, new in sorted(edits, reverse=True):
         text = text[:at] + new + text[at:]
     return text
+
+
+def _behind(text: str, section: yaml.MappingNode, made: str, newline: str) -> tuple[int, str]:
+    """Where an entry goes behind all others of a section, and what is put there."""
+    if section.flow_style:
+        return max(_end(one) for _, one in section.value), f", {made}"
+    margin = newline + " " * section.start_mark.column
+    return _line_end(text, _end(section)), f"{margin}{made}"
