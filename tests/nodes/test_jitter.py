@@ -44,3 +44,18 @@ def test_a_longer_run_takes_no_more_memory() -> None:
             sizes.append(sum(len(one) for one in kept if hasattr(one, "__len__")))
             assert all(sys.getsizeof(one) < 50_000 for one in kept)
     assert sizes[0] == sizes[1]
+
+
+def test_a_run_that_misses_most_ticks_for_long_is_given_up() -> None:
+    """Half the ticks of ten seconds missed is no reason to end, more is; a good second ends it."""
+    timing = TickTiming(RATE)
+    second = round(RATE)
+    for count in range(1, 12):
+        timing.missed += second // 2
+        assert timing.since_last(count * second) == 0.5
+        assert timing.too_many() is None
+    timing.missed += second // 2 + 1
+    assert timing.since_last(12 * second) > 0.5
+    assert timing.too_many() == f"{5 * second + 1} of the latest {10 * second} ticks were missed"
+    assert timing.since_last(13 * second) == 0.0
+    assert timing.too_many() is None

@@ -41,7 +41,10 @@ def run(options: argparse.Namespace) -> int:
     check_rclpy()
     checked = checked_run(options)
     if options.realtime:
-        _check_real_time(options, checked)
+        from ..nodes.round_trip import require_real_time
+
+        source, together = str(checked.drive_file), options.in_process
+        print(require_real_time(checked.drive, source, together=together), file=sys.stderr)
     # SIGTERM as Ctrl-C: the nodes are ended and the recording is closed.
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     interrupted = False
@@ -60,17 +63,6 @@ def run(options: argparse.Namespace) -> int:
         _print_timing(figures)
     print_tracking(checked.out, options.skip)
     return 130 if interrupted and checked.duration_s is not None else 0
-
-
-def _check_real_time(options: argparse.Namespace, checked: Run) -> None:
-    """Say what round trip this machine holds; refuse a drive that asks for more."""
-    from ..nodes.realtime import with_transport_delay
-    from ..nodes.round_trip import check_real_time, measure
-
-    drive = with_transport_delay(checked.drive)
-    trip = measure(drive.controller.rate, together=options.in_process)
-    check_real_time(drive, str(checked.drive_file), trip)
-    print(trip, file=sys.stderr)
 
 
 def run_graph(options: argparse.Namespace, checked: Run, summary: Path) -> None:

@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from .launcher import processors
+from .launcher import CLOSE_PATIENCE_S, STOP_PATIENCE_S, processors
 
 if TYPE_CHECKING:
     from launch.actions import DeclareLaunchArgument
@@ -69,7 +69,8 @@ def drive_node(
 ) -> Node:
     """The node `name` with the drive file's parameters and, over these, its own.
 
-    It runs where `ecyl run` would have it.
+    It runs where `ecyl run` would have it, and is given as long to end: SIGINT, SIGTERM after
+    `STOP_PATIENCE_S`, SIGKILL `CLOSE_PATIENCE_S` later.
     """
     from launch.substitutions import LaunchConfiguration
     from launch_ros.actions import Node
@@ -86,6 +87,8 @@ def drive_node(
         remappings=list(remappings),
         condition=condition,
         output="screen",
+        sigterm_timeout=f"{STOP_PATIENCE_S:g}",
+        sigkill_timeout=f"{CLOSE_PATIENCE_S:g}",
     )
 
 

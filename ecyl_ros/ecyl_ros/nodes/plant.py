@@ -52,6 +52,7 @@ START_DELAY_S = 0.5  # real time: from announcing the epoch to the first tick
 # a third one soon after says that the machine does not hold the rate.
 LOSSES = 3
 LOSSES_S = 10.0
+FEW_MISSED = 0.005  # of the ticks between two reports: more are worth a warning
 AT_REST_S = 0.5  # shorted windings brake the motor for so long before the run is ended
 _TELEMETRY_FIELDS = [
     f"{joint}.{field}" for field in JOINT_FIELDS for joint in wire.TELEMETRY_JOINTS
@@ -106,6 +107,7 @@ class Plant(DriveNode):
         self._watchdog_ns = watchdog_ns(self._rate)
         self._losses: deque[int] = deque(maxlen=LOSSES)  # ticks at which the voltage stayed away
         self._given_up: int | None = None  # tick at which a run under overload ends
+        self._overload = ""
         self.takes_when_due = self.realtime
         self.timing = TickTiming(self._rate)
 
@@ -269,20 +271,23 @@ class Plant(DriveNode):
         self.timing.shorted += 1
         self._losses.append(self._tick)
         if len(self._losses) == LOSSES and self._tick - self._losses[0] < LOSSES_S * self._rate:
-            self._given_up = self._tick + math.ceil(AT_REST_S * self._rate)
-            self.rest(f"{self._overload()}: windings shorted, the run ends")
+            silence_s = self._watchdog_ns / wire.NANOSECONDS
+            self._give_up(f"{LOSSES} times within {LOSSES_S:g} s no voltage for {silence_s:g} s")
             return
         self.rest(
             f"no voltage on {self.resolve_topic_name(wire.CONTROL_VOLTAGE)} "
             f"for {self._watchdog_ns / wire.NANOSECONDS:g} s: windings shorted until it is back"
         )
 
-    def _overload(self) -> str:
-        return (
-            f"overload: {LOSSES} times within {LOSSES_S:g} s no voltage for "
-            f"{self._watchdog_ns / wire.NANOSECONDS:g} s; expected a lower controller.rate than "
-            f"{self._rate:g} Hz, or a machine with less other work"
+    def _give_up(self, why: str) -> None:
+        """Overload: bring the drive to rest, and end the run then."""
+        self._command[:] = 0.0
+        self._given_up = self._tick + math.ceil(AT_REST_S * self._rate)
+        self._overload = (
+            f"overload: {why}; expected a lower controller.rate than {self._rate:g} Hz, or a "
+            "machine with less other work"
         )
+        self.rest(f"{self._overload}: windings shorted, the run ends")
 
     def _finished(self) -> bool:
         return self._last_tick is not None and self._tick >= self._last_tick
@@ -298,7 +303,7 @@ class Plant(DriveNode):
                 self._end_run()
                 return
             if self._given_up is not None and self._tick >= self._given_up:
-                self.finish(1, self._overload())
+                self.finish(1, self._overload)
                 return
             if self._tick:
                 apply_voltage(self._state, self._pending, self._params)
@@ -373,10 +378,18 @@ class Plant(DriveNode):
         if self._progress_due:
             self._write_summary(figures)
             return
+        level, message = DiagnosticStatus.OK, "lockstep"
+        if self.realtime:
+            share, message = self.timing.since_last(self._tick), "real time"
+            if share > FEW_MISSED:
+                level = DiagnosticStatus.WARN
+                message = f"real time: {share:.1%} of the latest ticks were missed"
+            if (too_many := self.timing.too_many()) and self._given_up is None:
+                self._give_up(too_many)
         self.report(
-            DiagnosticStatus.OK,
+            level,
             "plant timing",
-            "real time" if self.realtime else "lockstep",
+            message,
             {key: f"{value:.6g}" for key, value in figures.items()},
         )
 

@@ -23,6 +23,9 @@ _QUANTILES = (0.5, 0.99, 0.999)
 # Of the histogram that is told: ten for each factor of ten from 10 us to 0.1 s.
 _TOLD_EXPONENTS, _TOLD_PER_DECADE = (-5, -1), 10
 
+# More than this share of the ticks of so long missed: the loop is no longer the drive file's.
+MOST_MISSED, MISSED_S = 0.5, 10.0
+
 # How long input may stay away until the drive is brought to rest: what fieldbus drives commonly
 # wait, and more than a hiccup of a desktop's scheduler; at a low control rate some ticks at least.
 WATCHDOG_S = 0.1
@@ -113,6 +116,8 @@ class TickTiming:
         self.late = 0
         self.stale = 0
         self.missed = 0
+        # Ticks, and those missed of them, at each call of `since_last` within `MISSED_S`.
+        self._counts: deque[tuple[int, int]] = deque([(0, 0)])
         self.shorted = 0  # times the watchdog took the voltage away
         self.recent_s: deque[float] = deque(maxlen=RECENT)  # jitter of the newest ticks
         self._jitter_counts = [0] * (_DECADES * _PER_DECADE + 2)
@@ -149,6 +154,22 @@ class TickTiming:
         self.stale += stale
         self.missed += late or stale
         self._due -= 1
+
+    def since_last(self, ticks: int) -> float:
+        """Share of missed ticks since the last call; `ticks` were served so far."""
+        before, before_missed = self._counts[-1]
+        self._counts.append((ticks, self.missed))
+        while ticks - self._counts[1][0] >= MISSED_S * self.rate:
+            self._counts.popleft()
+        return (self.missed - before_missed) / max(ticks - before, 1)
+
+    def too_many(self) -> str | None:
+        """Says so where most ticks were missed for long, as far as `since_last` was told."""
+        (first, early), (last, late) = self._counts[0], self._counts[-1]
+        ticks, missed = last - first, late - early
+        if ticks < MISSED_S * self.rate or missed <= MOST_MISSED * ticks:
+            return None
+        return f"{missed} of the latest {ticks} ticks were missed"
 
     def _figures(self, ticks: int, quantiles_s: Sequence[float]) -> dict:
         p50, p99, p999 = quantiles_s

@@ -73,12 +73,22 @@ def check_real_time(drive: DriveParameters, source: str, trip: RoundTrip) -> Non
     if least is None or least > trip.rate:
         need = "no rate does" if least is None else f"they need {math.ceil(least)} Hz"
         way = f"other gains, for with these {need}"
-    fewer = "" if trip.together else ", fewer processes (--in-process)"
+    fewer = "" if trip.together else ", fewer processes (ecyl run --in-process)"
     raise InputError(
         f"{source}: controller.rate = {rate:g} Hz leaves a round trip {1e6 * SHARE / rate:.0f} us "
         f"in real time, a third of a tick; {trip}; expected at most {trip.rate:g} Hz here: {way}"
         f"{fewer}, a machine with less other work, or lockstep (without --realtime)"
     )
+
+
+def require_real_time(drive: DriveParameters, source: str, *, together: bool = False) -> RoundTrip:
+    """What this machine holds; raises InputError where the drive asks for more, see above."""
+    from .realtime import with_transport_delay
+
+    drive = with_transport_delay(drive)
+    trip = measure(drive.controller.rate, together=together)
+    check_real_time(drive, source, trip)
+    return trip
 
 
 def measure(rate: float, *, together: bool = False) -> RoundTrip:
