@@ -136,6 +136,17 @@ def test_the_loop_ends_with_its_budget_and_with_a_drive_that_was_stopped(
     assert story.steps[0].diagnosis is None
 
 
+def test_a_planned_motion_too_near_the_limits_is_not_played(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The sound drive would take more than four fifths of its current: the loop ends, and why."""
+    close = Sound(1e-3, 0.9 * DRIVE.controller.current_limit, 10.0)
+    monkeypatch.setattr(loop, "Sound", SimpleNamespace(on=lambda *_: close))
+    story, lengths, _ = _investigated(tmp_path, monkeypatch, [OPEN])
+    assert (story.outcome, len(lengths)) == ("open", 1)
+    assert "four fifths of controller.current_limit" in story.said
+
+
 def test_recordings_that_do_not_go_together_end_the_loop_with_what_was_found(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

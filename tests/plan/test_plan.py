@@ -103,6 +103,15 @@ def test_a_diagnosis_of_another_drive_is_refused(tmp_path: Path) -> None:
         read_open(path, load_drive("bench"), "bench")
 
 
+def test_a_diagnosis_of_another_kind_of_drive_is_refused(tmp_path: Path) -> None:
+    """A follower's or a rigid drive's JSON names signals that no cylinder has."""
+    path = tmp_path / "diagnosis.json"
+    signals = [{"name": "position", "unit": "m"}]
+    path.write_text(json.dumps(_diagnosis(location={"signals": signals})))
+    with pytest.raises(InputError, match="holds position; expected a diagnosis of a cylinder"):
+        read_open(path, load_drive("bench"), "bench")
+
+
 @pytest.mark.parametrize(
     ("words", "said"),
     [

@@ -115,11 +115,12 @@ def run(options: argparse.Namespace) -> int:
     check_noise(drive, ("rotor_position", "current_q", "rod_position"), str(path))
     if options.emulate is not None:
         hidden = resolve_drive(options.emulate)
-    if options.realtime:
-        from ..nodes.round_trip import require_real_time
+        emulated = load_drive(hidden)
+        check_stability(emulated, str(hidden))
+        if options.realtime:
+            from ..nodes.round_trip import require_real_time
 
-        print(require_real_time(load_drive(hidden), str(hidden)), file=sys.stderr)
-        check_stability(load_drive(hidden), str(hidden))
+            print(require_real_time(emulated, str(hidden)), file=sys.stderr)
     asked = _asked(options, drive, str(path))
     survey(drive, options.duration)  # limits that leave no motion: before a drive is asked for
     with ExitStack() as stack:
@@ -202,7 +203,7 @@ def _machine(
     options: argparse.Namespace, stack: ExitStack
 ) -> tuple[str, Callable[[Planned, Bounds, Path], Played], Seen | None]:
     """The machine in words, what plays a motion on it, and what was seen of one that runs."""
-    from ..drive.drive_file import load_drive, resolve_drive
+    from ..drive.drive_file import resolve_drive
     from ..investigate.played import Played, Seen
     from ..nodes.play import emulated, play
     from ..nodes.player import Task
@@ -234,10 +235,6 @@ def _machine(
         return f"the drive that runs{where}", on_running, seen
 
     hidden = resolve_drive(options.emulate)
-    if options.realtime:
-        from ..nodes.round_trip import require_real_time
-
-        print(require_real_time(load_drive(hidden), str(hidden)), file=sys.stderr)
     namespace = f"emulated_{os.getpid()}"
 
     def on_emulated(motion: Planned, bounds: Bounds, out: Path) -> Played:

@@ -141,6 +141,12 @@ class Investigation:
             tell=self._progress("planning"),
         )
         sound = Sound.on(self._drive, plan.motion, plan.motion.duration_s)
+        excess = sound.excess(self._drive)
+        if excess is not None:
+            raise InputError(
+                f"limits: on the planned motion the sound drive takes {excess}; expected lower "
+                "limits.speed or limits.acceleration"
+            )
         return plan.motion, sound, plan
 
     def _announce(

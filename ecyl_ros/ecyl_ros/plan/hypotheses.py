@@ -16,6 +16,7 @@ from ..drive.tolerances import constants_of
 from ..effects.catalogue import CATALOGUE
 from ..errors import InputError
 from ..gap.limits.probes import Probe, Scale, probes
+from ..gap.replay.replay import SIGNALS
 
 TIMES = 3.0  # as large as the smallest that is seen with moves of the same limits and time
 _CLOSEST = 3  # candidates of an unexplained gap
@@ -145,6 +146,13 @@ def _read(path: Path) -> dict[str, Any]:
 def _same_drive(
     data: Mapping[str, Any], drive: DriveParameters, path: Path, drive_name: str
 ) -> None:
+    known = {one.name for one in SIGNALS}
+    strange = [one["name"] for one in data["location"]["signals"] if one["name"] not in known]
+    if strange:
+        raise InputError(
+            f"--from {path}: location.signals holds {', '.join(strange)}; expected a diagnosis of "
+            f"a cylinder, like {drive_name}: of {', '.join(sorted(known))}"
+        )
     nominal = constants_of(drive)
     for one in data.get("sheet", []):
         held = nominal.get(one["parameter"])

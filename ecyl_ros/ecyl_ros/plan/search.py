@@ -285,7 +285,17 @@ def _finer(
         polish=False,
         tol=0.0,
     )
-    return motion(found.x if math.isfinite(found.fun) else start), whole
+    if math.isfinite(found.fun):
+        return motion(found.x), whole
+    # No time was left, or nothing kept the limits: the blocks as they were chosen, if they do.
+    begun = motion(start)
+    if not within_limits(experiment, predicted(experiment, begun, experiment.duration_s)):
+        raise InputError(
+            "limits: the blocks that tell most go beyond four fifths of controller.current_limit "
+            "or controller.voltage_limit in a row; expected lower limits.speed or "
+            "limits.acceleration"
+        )
+    return begun, whole
 
 
 def told(
