@@ -41,9 +41,9 @@ from ecyl_ros.gap.study.cylinder.stage import peak
 from ecyl_ros.investigate.survey import survey
 from ecyl_ros.recording.reader import read_recording
 
-# The controller of a drive file reckons with the inductance and the lead of that file: off the
-# sheet, both would be, and no real controller knows what its machine truly has.
-BELIEVED = {"motor.inductance", "transmission.lead"}
+# The controller of a drive file calculates with the lead of that file, and no real controller knows
+# what its machine truly has.
+BELIEVED = {"transmission.lead"}
 TARGET = 0.95  # decided and right, within the motions allowed
 _SLACK = 1e-6
 

@@ -174,8 +174,9 @@ def cascade_step(state, reference, reference_velocity, measured, params, voltage
     u_q, integrals[2] = _pi(
         error, integrals[2], p.current_kp, p.current_ki, 0.0, p.voltage_limit, p.tick
     )
-    # Equation (3): with i_d = 0 the d axis needs only the decoupling voltage.
-    u_d = -p.pole_pairs * speed * p.believed_inductance * measured[5]
+    # Equation (3): with i_d = 0 the d axis needs only the decoupling voltage. It stands for a loop
+    # that holds i_d whatever the inductance is: no wrong value of the data sheet shows in it.
+    u_d = -p.pole_pairs * speed * p.inductance * measured[5]
     voltage[0] = min(max(u_d, -p.voltage_limit), p.voltage_limit)
     voltage[1] = u_q
 

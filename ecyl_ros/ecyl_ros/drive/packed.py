@@ -48,7 +48,6 @@ PACKED = np.dtype(
         ("measurement_delay", "f8"),  # ticks, broken ones too
         ("feedback_rod", "i8"),
         ("believed_rotor_per_rod", "f8"),  # rad/m, what the controller reckons with
-        ("believed_inductance", "f8"),
         ("velocity_feedforward", "f8"),
         ("acceleration_feedforward", "f8"),
         ("position_to_current", "i8"),  # no speed loop
@@ -182,7 +181,6 @@ def pack(
         "feedback_rod": controller.feedback == "rod",
         "believed_rotor_per_rod": 1.0
         / (believed.transmission.rod_per_rotor * controller.feed_scale),
-        "believed_inductance": believed.motor.inductance,
         "velocity_feedforward": controller.velocity_feedforward,
         "acceleration_feedforward": controller.acceleration_feedforward,
         "position_to_current": controller.structure == "position_to_current",

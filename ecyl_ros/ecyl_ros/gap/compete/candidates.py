@@ -69,14 +69,18 @@ class Candidates:
         self._beginnings = Beginnings(self.fitter, self._promises)
 
     def sheet_from(self, fit: Fit) -> bool:
-        """Whether the sheet alone does better from where a constant's effect has led it.
+        """Whether the sheet alone does better from where an effect has led it.
 
         A constant that is as good as free finds ways that the sheet, held back by its price, has
-        missed. What comes of it takes the place of `null`.
+        missed; any other effect may have, where it can be left out again and less is left than by
+        the sheet alone. What comes of it takes the place of `null`.
         """
-        if not fit.names or any(CATALOGUE[name].constant is None for name in fit.names):
+        if not fit.names:
             return False
         start = self.fitter.without(fit, fit.names)
+        free = all(CATALOGUE[name].constant is not None for name in fit.names)
+        if not free and start.fitted >= self.null.fitted:
+            return False
         found = sheet_alone(self.fitter, start, _SHEET_STEPS)
         if found.fitted > _BETTER * self.null.fitted:
             return False

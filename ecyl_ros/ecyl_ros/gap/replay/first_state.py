@@ -36,6 +36,9 @@ def first_state(
         speed = 0.0
     if not abs(current) > 6.0 * floors.get("current_q", 0.0):
         current = 0.0
+    voltage = first.get("voltage_q", math.nan)
+    if speed == 0.0 and angle == asked and _answered(current, voltage, floors, drive):
+        current = 0.0
     plant[0] = plant[2] = angle
     plant[1] = plant[3] = speed
     plant[5] = current
@@ -48,9 +51,27 @@ def first_state(
             plant[2] = angle - math.copysign(min(abs(twist), half), twist)
     if angle == asked and speed == 0.0 and current == 0.0:
         return plant, None
-    voltage = first.get("voltage_q", math.nan)
     if math.isnan(voltage):
         voltage = drive.motor.resistance * current + drive.motor.back_emf_constant * speed
     return plant, loop_integrals(
         angle, rod, speed, asked, wanted[1] / ratio, current, voltage, drive
     )
+
+
+def _answered(
+    current: float, voltage: float, floors: Mapping[str, float], drive: DriveParameters
+) -> bool:
+    """Whether the voltage is the answer of a current loop that has just begun to a current of zero.
+
+    Then the reading is off zero, not the current: to hold one the loop would need its integral,
+    and a voltage of the current's own sign.
+    """
+    if current == 0.0 or math.isnan(voltage):
+        return False
+    controller = drive.controller
+    gains = controller.current
+    integral = gains.ki * (gains.kp if controller.form == "series" else 1.0) / controller.rate
+    noise = 6.0 * max(floors.get("voltage_q", 0.0), gains.kp * floors.get("current_q", 0.0))
+    answer = -gains.kp * current
+    more = abs(integral * current) + noise
+    return abs(answer) > noise and abs(voltage - answer) <= more

@@ -124,6 +124,8 @@ class Replay:
         # Voltage noise that the cascade makes of noise in what it measures.
         self.proportional_noise_v = max(stated["voltage_q"], 1e-12)
         self._lay_grid()
+        # By a loop then: the plant's decoupling alone leaves some where a delay comes before it.
+        self._holds_i_d = not recording.current_d_a.any()
         self._lay_reference()
         self.floor = np.array([max(stated[one.name], 1e-30) for one in self.signals])
         # How much of the stated noise goes round the loop; all of it unless the command says less.
@@ -325,7 +327,12 @@ class Replay:
         """
         base = drive or self.drive
         drive = dataclasses.replace(base, effects={**base.effects, **effects})
-        return pack(drive, rate_step=_REPLAY_RATE_STEP, most=_MOST_SUBSTEPS, believed=self.nominal)
+        record = pack(
+            drive, rate_step=_REPLAY_RATE_STEP, most=_MOST_SUBSTEPS, believed=self.nominal
+        )
+        if self._holds_i_d:
+            record["pole_pairs"] = 0.0
+        return record
 
     def run(
         self,
