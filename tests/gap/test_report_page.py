@@ -125,7 +125,7 @@ def test_the_page_goes_from_verdict_to_smallprint(verdict: str) -> None:
         "Recorded against simulated",
         *causes,
         "Where the gap lies" if gap else "Signal by signal",
-        *(["What else was tried"] if gap else []),
+        *(["Other candidates"] if gap else []),
         *(["Notes"] if VERDICTS[verdict].notes else []),
         "How this was made",
     ]

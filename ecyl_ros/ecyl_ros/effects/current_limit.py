@@ -30,7 +30,7 @@ EFFECT = Effect(
     excitation="motion that asks for more current than the limit",
     parameters=(
         Quantity(
-            name="current_a", unit="A", low=1e-3, high=1e5, meaning="limit that acts in truth"
+            name="current_a", unit="A", low=1e-3, high=1e5, meaning="true limit"
         ),
     ),
     starts=starts,

@@ -34,7 +34,7 @@ EFFECT = Effect(
     excitation="motion that asks for more voltage than the limit",
     parameters=(
         Quantity(
-            name="voltage_v", unit="V", low=1e-3, high=1e5, meaning="limit that acts in truth"
+            name="voltage_v", unit="V", low=1e-3, high=1e5, meaning="true limit"
         ),
     ),
     starts=starts,

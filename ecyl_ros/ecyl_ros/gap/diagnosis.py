@@ -128,9 +128,9 @@ class Cause:
 class SheetValue:
     """A constant of the data sheet as the recording shows it, in its unit.
 
-    tolerance: half width that holds 95 % of sound machines. value, low, high: found, with its 95 %
-    interval. seen: whether the recording says more of it than the sheet does. stated: whether the
-    drive file states it; what it leaves out may have any value, and no pull.
+    tolerance: half width that holds 95 % of healthy machines. value, low, high: found, with its
+    95 % interval. seen: whether the recording says more of it than the sheet does. stated: whether
+    the drive file states it; what it leaves out may have any value, and no pull.
     """
 
     parameter: str

@@ -89,7 +89,7 @@ class Machine:
         return self.speed_kp is not None
 
     def half_widths(self) -> dict[str, float]:
-        """Half width that holds 95 % of sound machines, of each constant that the file states.
+        """Half width that holds 95 % of healthy machines, of each constant that the file states.
 
         By key and in its unit. A force or torque that was measured as such is as sure as that,
         unless the file says by name how unsure its gain is.

@@ -87,8 +87,9 @@ def _no_gap(diagnosis: Diagnosis) -> str:
     if built_up is None or built_up.gap <= NO_GAP_RATIO * built_up.floor:
         return text
     return (
-        f"{text} Replayed, what is left of it builds up: the {words.signal(built_up.name)} comes "
-        f"to {q.times(built_up.gap, built_up.floor)} times its own floor."
+        f"{text} In the replay the remaining error builds up: the "
+        f"{words.signal(built_up.name)} reaches {q.times(built_up.gap, built_up.floor)} times "
+        "its own floor."
     )
 
 
@@ -219,8 +220,8 @@ def _unexplained(diagnosis: Diagnosis) -> str:
     if best is not None:
         closest = words.listed([words.with_article(one) for one in best.effects])
         text += (
-            f" The closest that was tried, alone or in sets, is {closest}: "
-            f"it leaves a misfit of {q.number(best.judged)} noise floors of "
-            f"{q.number(diagnosis.misfit_before)}, and is too unlike to be named."
+            f" The closest candidate is {closest}: "
+            f"it leaves a misfit of {q.number(best.judged)} noise floors "
+            f"({q.number(diagnosis.misfit_before)} without it), too much to be named."
         )
     return text

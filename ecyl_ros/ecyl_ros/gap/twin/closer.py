@@ -1,4 +1,4 @@
-"""The closer twin: the user's drive file with the constants that were found, and the causes.
+"""The twin: the user's drive file with the constants that were found, and the causes.
 
 The file's text is kept, comments and order included: found constants take the place of the nominal
 ones, causes are put in under `effects`; an inertia that the file of a rigid drive left out goes
