@@ -155,7 +155,7 @@ KEYS: dict[str, Key] = {
         "feedforward", ("1", "1"), 0.0, 2.0, "share of the reference velocity"
     ),
     "controller.command_limit": Key(
-        "command_limit", ("signal unit",) * 2, 0.0, 1e9, "largest effort asked for", open_low=True
+        "command_limit", ("signal unit",) * 2, 0.0, 1e9, "largest effort command", open_low=True
     ),
     "controller.delay": Key("delay_s", ("s", "s"), 0.0, 1.0, "from measured motion to effort"),
     "sensors.position_resolution": Key(
