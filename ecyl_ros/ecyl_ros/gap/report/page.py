@@ -246,14 +246,13 @@ def _limits(diagnosis: Diagnosis) -> str:
             ]
         )
     caption = (
-        "Detection limits: the smallest size of each effect, in addition to the causes found, that "
-        "this recording would have shown on 95 of 100 machines within the sheet. Smaller ones "
-        "could hide in it."
+        "The smallest size of each effect, in addition to the causes found, that this recording "
+        "would have shown on 95 of 100 machines within the sheet. Smaller ones could hide in it."
     )
     alike = "".join(f"<li>{typeset(one)}</li>" for one in limits.pairs(diagnosis))
     said = limits.sentence(diagnosis)
     return _section(
-        "What this recording could have shown",
+        "Detection limits",
         f"<p>{typeset(said)}</p>" if said else "",
         f"<ul>{alike}</ul>" if alike else "",
         table(caption, head, rows),
