@@ -106,7 +106,7 @@ class FittedParameter:
 class Cause:
     """An effect that earned its place.
 
-    confidence: probability that it is a true cause, calibrated by the blind study.
+    confidence: probability that it is a true cause, calibrated by the sealed study.
     shrink: share of the whole gap that adding it removed, in the order the causes are listed.
     shrink_alone_lost: share that comes back when it alone is left out of the set.
     alternatives: effects that this recording cannot tell from it.
