@@ -222,7 +222,7 @@ class GapMonitor(DriveNode):
         missing = self._missing(gap)
         tail = f"; not judged: {missing}" if missing else ""
         if not gap.is_gap:
-            return DiagnosticStatus.OK, f"no gap: what is left is noise{tail}"
+            return DiagnosticStatus.OK, f"no gap: the residual is noise{tail}"
         first = gap.signals[0]
         words = f"gap in {_title(first.name)}, {first.over_noise:.3g} times noise"
         place = gap.condition

@@ -25,11 +25,11 @@ def sentence(diagnosis: Diagnosis, law: Description) -> str:
     how = "Added to the model" if law.in_balance else "Played in the drive"
     text = (
         f"Nothing in the catalogue explains the gap, but it can be described: {law.words}. {how} "
-        f"it removes {'all' if share == '100 %' else share} of the gap on stretches "
-        "that it was not fitted to"
+        f"it removes {'all' if share == '100 %' else share} of the gap on "
+        "held-out data"
     )
     if diagnosis.floor > 0.0:
-        text += f"; what is left is {q.times(diagnosis.after, diagnosis.floor)} times the noise"
+        text += f"; the residual is {q.times(diagnosis.after, diagnosis.floor)} times the noise"
     text += "."
     if law.ports:
         others = words.listed([one.replace("_", " ") for one in law.ports], "or")

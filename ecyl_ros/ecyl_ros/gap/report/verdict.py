@@ -98,7 +98,7 @@ def _within_sheet(diagnosis: Diagnosis) -> str:
     text = (
         "No cause is needed: the gap is what the tolerances of the data sheet allow. With its "
         f"constants as found, {'all' if share == '100 %' else share} of the gap is gone on "
-        "stretches that no parameter was fitted to."
+        "held-out data."
     )
     seen = [one for one in diagnosis.sheet if one.seen and one.stated]
     if seen:
@@ -143,8 +143,8 @@ def _adding(diagnosis: Diagnosis) -> str:
     what = "it" if len(diagnosis.causes) == 1 else "them"
     share = q.percent(diagnosis.shrink)
     text = (
-        f"Adding {what} removes {'all' if share == '100 %' else share} of the gap on stretches "
-        "that no parameter was fitted to"
+        f"Adding {what} removes {'all' if share == '100 %' else share} of the gap on "
+        "held-out data"
     )
     before, best = diagnosis.misfit_before, diagnosis.misfit_best
     if before > diagnosis.misfit_after > _MORE * best > 0.0:
@@ -172,9 +172,9 @@ def _sureness(diagnosis: Diagnosis) -> str:
 def _explained(diagnosis: Diagnosis) -> str:
     near = diagnosis.after <= _NOISE * diagnosis.floor
     left = (
-        f"what is left is {diagnosis.floor_is}"
+        f"the residual is {diagnosis.floor_is}"
         if near
-        else f"what is left is {_over_floor(diagnosis, diagnosis.after)} times "
+        else f"the residual is {_over_floor(diagnosis, diagnosis.after)} times "
         f"{'the ' if diagnosis.floor_is == _NOISE_NAME else ''}{diagnosis.floor_is}"
     )
     return (
