@@ -328,7 +328,7 @@ def _notes(
         notes.append(f"the lag is below one sample of {1e3 / motion.rate_hz:.3g} ms")
     if whole.width < 2.0 * step or spans["width"][0] <= step:
         notes.append(
-            f"no dead band is proven: what was found does not stand clear of the step of "
+            f"no dead band is proven: what was found is not clearly above the step of "
             f"{step:.3g} {unit}"
         )
     if left > 2.0 * step and left > 0.3 * gap:

@@ -133,7 +133,7 @@ def relative_error(balance: Balance, left: FloatArray, rows: BoolArray) -> Measu
     size = float(np.sqrt(np.mean(balance.effort[rows] ** 2)))
     share = float(np.sqrt(np.mean(left**2))) / size
     name = balance.motion.effort_name
-    text = f"RMS of what is left over RMS of the {name}, over the whole run"
+    text = f"RMS of the residual over RMS of the {name}, over the whole run"
     return Measured(f"relative_{name}_error", "1", share, share, share, text)
 
 

@@ -95,7 +95,7 @@ def _full(diagnosis: Diagnosis, nominal: DriveParameters) -> _Twin:
     notes = _remarks(diagnosis)
     if lead is not None:
         effects["lead_error"] = {"lead_m": lead}
-        notes["lead_error"] = "within its tolerance; the controller goes on believing the sheet"
+        notes["lead_error"] = "within its tolerance; the controller still uses the sheet"
     law = nominal.learned if diagnosis.law is None else rounded(diagnosis.law.law, _digits)
     wanted = _added(replace(with_constants(nominal, constants), learned=law), effects)
     entries: dict[str, Mapping[str, Any]] = dict(effects)
