@@ -29,6 +29,10 @@ RIGID_TOO = (
     "A [rigid drive](../drive-file.md#rigid-drives-and-followers) can have it too; its values then "
     "apply at the output."
 )
+OPENING = (
+    "After this page you can recognise this effect in a recording, add it to a drive, and know what it "
+    "is confused with."
+)
 SURE = 1.1  # times a perfect model's misfit: an effect that leaves no more is not told apart
 
 
@@ -192,6 +196,7 @@ def page(name: str) -> str:
     found = json.loads((HERE / "confusion.json").read_text(encoding="utf-8"))[name]
     parts = [
         f"# {_capital(effect.title)}",
+        OPENING,
         f"`{name}`, of the block {_plain(effect.block)}; one of [the effects](../effects.md).",
         effect.summary,
         f"**Needed to see it:** {effect.excitation}.",
