@@ -30,8 +30,8 @@ RIGID_TOO = (
     "apply at the output."
 )
 OPENING = (
-    "After this page you can recognise this effect in a recording, add it to a drive, and know what it "
-    "is confused with."
+    "After this page you can recognise this effect in a recording, add it to a drive, and know "
+    "what it is confused with."
 )
 SURE = 1.1  # times a perfect model's misfit: an effect that leaves no more is not told apart
 
