@@ -357,7 +357,7 @@ def _stand_in(one: Inconstancy) -> str:
     sizes = ", ".join(f"{size:g}" for size in one.sizes)
     return (
         f"{CATALOGUE[one.effect].title} comes near, but would need another size with "
-        f"{one.condition} (times {sizes}): it stands for something else"
+        f"{one.condition} (times {sizes}): it represents something else"
     )
 
 
@@ -365,5 +365,5 @@ def _coincide(one: Coincidence) -> str:
     *first, last = (CATALOGUE[name].title for name in one.effects)
     return (
         f"{', '.join(first)} and {last} come near, but all by one factor ({one.factor:.3f}): they "
-        "stand for one fault of another kind"
+        "represent one fault of another kind"
     )
