@@ -2,7 +2,7 @@
 
     python benchmarks/detection_limits.py --cases 100 --seed 1
 
-Each case draws a machine of the blind study (equations of its own, constants off the sheet, a
+Each case draws a machine of the sealed study (equations of its own, constants off the sheet, a
 motion of its own) and records it sound; the diagnosis states from that how small a fault of one
 effect would have been seen. The machine gets the fault in just that size, with other noise, and is
 recorded again on the same motion. Seen: neither noise nor constants within their tolerances account

@@ -3,7 +3,7 @@
     python benchmarks/planned_motion.py --seed 1
 
 For each pair of effects that are known to look alike, a motion is planned, and a machine of the
-blind study (equations of its own, constants off the sheet) with either effect plays it, and moves
+sealed study (equations of its own, constants off the sheet) with either effect plays it, and moves
 of the same limits and time. Both effects are then fitted to each recording beside the sheet;
 measured is what the wrong one leaves above the right one, as the plan counts it.
 """

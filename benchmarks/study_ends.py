@@ -1,4 +1,4 @@
-"""A blind study ended by SIGTERM or Ctrl-C at random instants: no process of it is left.
+"""A sealed study ended by SIGTERM or Ctrl-C at random instants: no process of it is left.
 
 Each study runs in a session of its own with two workers, so that whatever it started can be found
 by the session's number; a temporary folder of its own shows what it leaves behind there.

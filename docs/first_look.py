@@ -1,6 +1,6 @@
 """The picture in README: `python docs/first_look.py OUT.png`.
 
-What the data sheet and the closer twin leave of one recorded signal, and of all of them.
+Residual of one recorded signal with the data sheet and with the twin, and the gap of all signals.
 """
 
 from __future__ import annotations
@@ -29,8 +29,8 @@ def _residual(axis: plt.Axes, found: Diagnosis) -> None:
     at = [one.name for one in found.signals].index(SIGNAL)
     part = (series.time_s >= SHOWN_S[0]) & (series.time_s <= SHOWN_S[1])
     for simulated, colour, label in (
-        (series.before, BEFORE, "recorded less data sheet"),
-        (series.after, AFTER, "recorded less closer twin"),
+        (series.before, BEFORE, "residual, data sheet"),
+        (series.after, AFTER, "residual, twin"),
     ):
         residual = (series.recorded - simulated)[at][part] * 1e3
         axis.plot(series.time_s[part], residual, color=colour, lw=1.0, label=label)
@@ -45,8 +45,8 @@ def _signals(axis: plt.Axes, found: Diagnosis) -> None:
     before = [one.gap / one.floor for one in found.signals]
     after = [one.after / one.floor for one in found.signals]
     axis.barh(rows - 0.19, before, 0.36, color=BEFORE, label="data sheet")
-    axis.barh(rows + 0.19, after, 0.36, color=AFTER, label="closer twin")
-    axis.axvline(1.0, color=FLOOR, lw=1.2, label="measurement noise")
+    axis.barh(rows + 0.19, after, 0.36, color=AFTER, label="twin")
+    axis.axvline(1.0, color=FLOOR, lw=1.2, label="noise floor")
     axis.set(xscale="log", xlim=(0.1, None), xlabel="held-out gap / noise floor")
     axis.set_yticks(rows, names)
     axis.invert_yaxis()

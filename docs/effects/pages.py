@@ -26,8 +26,12 @@ from ecyl_ros.recording.atomic import write_text
 HERE = Path(__file__).parent
 SOURCES = "../../ecyl_ros/ecyl_ros/effects"
 RIGID_TOO = (
-    "A [rigid drive](../drive-file.md#rigid-drives-and-followers) may have it, too, its values "
-    "counted in what moves its output."
+    "A [rigid drive](../drive-file.md#rigid-drives-and-followers) can have it too; its values then "
+    "apply at the output."
+)
+OPENING = (
+    "After this page you can recognise this effect in a recording, add it to a drive, and know "
+    "what it is confused with."
 )
 SURE = 1.1  # times a perfect model's misfit: an effect that leaves no more is not told apart
 
@@ -161,12 +165,12 @@ def _found(name: str, found: Mapping[str, Any]) -> list[str]:
     misfit, named = found["misfit"], found["named"]
     if not named:
         at_noise = misfit["best"] < SURE * misfit["perfect"]
-        said = "names nothing" + (", though what it found leaves noise alone" if at_noise else "")
+        said = "names nothing" + (", though the residual is noise" if at_noise else "")
     else:
         said = "names " + _listed(
             [f"{CATALOGUE[key].title} (confidence {value:.2f})" for key, value in named.items()]
         )
-    rows = ["| alone | leaves |", "|---|---|"]
+    rows = ["| effect | misfit |", "|---|---|"]
     rows += [f"| {_link(key)} | {value:g} |" for key, value in found["nearest"].items()]
     close = [
         key
@@ -174,14 +178,14 @@ def _found(name: str, found: Mapping[str, Any]) -> list[str]:
         if value < SURE * misfit["perfect"] and name not in CATALOGUE[key].refines
     ]
     parts = [
-        f"A diagnosis of this recording {said}. The nominal model leaves {misfit['before']:g} "
-        f"noise floors, what was found {misfit['best']:g}; a perfect model would leave "
-        f"{misfit['perfect']:g}. Of the other effects, these come nearest:",
+        f"A diagnosis of this recording {said}. Misfit in noise floors: nominal model "
+        f"{misfit['before']:g}, with the causes {misfit['best']:g}, perfect model "
+        f"{misfit['perfect']:g}. The closest other effects, each alone:",
         "\n".join(rows),
     ]
     if close:
         parts.append(
-            f"This recording hardly tells it from {_listed([_link(key) for key in close])}."
+            f"This recording hardly separates it from {_listed([_link(key) for key in close])}."
         )
     return parts
 
@@ -192,9 +196,10 @@ def page(name: str) -> str:
     found = json.loads((HERE / "confusion.json").read_text(encoding="utf-8"))[name]
     parts = [
         f"# {_capital(effect.title)}",
+        OPENING,
         f"`{name}`, of the block {_plain(effect.block)}; one of [the effects](../effects.md).",
         effect.summary,
-        f"**To be seen it takes** {effect.excitation}.",
+        f"**Needed to see it:** {effect.excitation}.",
         f"![{_capital(effect.title)} beside the healthy drive]({name}.png)",
         _caption(example),
         "## Parameters",

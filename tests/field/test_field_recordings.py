@@ -181,7 +181,7 @@ def test_sage_is_told_what_it_allows_and_no_more(tmp_path, folder) -> None:
     # 0.8 to 0.9 degrees of play on a bench; with stiction and dead band it can only be more.
     assert np.radians(0.8) < measured["dead_band_rad"]["value"] < np.radians(1.6)
     text = " ".join(result["notes"])
-    assert "no cause is named" in text and "play between motor and encoder" in text
+    assert "no cause is named" in text and "backlash between motor and encoder" in text
 
 
 @pytest.mark.skipif(

@@ -73,7 +73,7 @@ def test_without_its_effect_a_machine_is_not_blamed_on_another() -> None:
     result = diagnose(record_case(case, drive), drive, without=("cogging_torque", "torque_ripple"))
     assert result.causes == () and result.verdict in ("unexplained", "described")
     assert result.as_json()["causes"] == []
-    assert any("too unlike" in note or "catalogue" in note for note in result.notes) or (
+    assert any("fits too badly" in note or "catalogue" in note for note in result.notes) or (
         result.candidates
     )
 

@@ -77,7 +77,7 @@ def test_what_fifty_hertz_cannot_show_is_said() -> None:
     result = diagnose(_followed(0.08, 0.03), MACHINE)
     assert _measured(result)["highest_frequency_hz"].value == pytest.approx(25.0, rel=0.01)
     text = " ".join(result.notes)
-    for word in ("inertia", "cogging", "stiffness", "play between motor and encoder"):
+    for word in ("inertia", "cogging", "stiffness", "backlash between motor and encoder"):
         assert word in text
     assert "dead band" in summary(result) and "Lag" in report_html(result)
 

@@ -63,14 +63,13 @@ def test_one_plain_sentence_says_what_came_out() -> None:
     """The verdict reads as a drive engineer would say it."""
     assert sentence(VERDICTS["explained"]) == (
         "The gap is explained by Coulomb friction on the rotor: 0.3802 N m (0.3790 to 0.3814). "
-        "Adding it removes all of the gap on stretches that no parameter was fitted to; what is "
-        "left is measurement noise. Confidence 0.97."
+        "Adding it removes all of the gap on held-out data; the residual is measurement noise. "
+        "Confidence 0.97."
     )
     assert sentence(VERDICTS["partly_explained"]).startswith(
         "The gap is partly explained by Coulomb friction on the rotor of 0.3802 N m (0.3790 to "
         "0.3814) and a wrong backlash of 9.652 mrad (9.640 to 9.660). Adding them removes 77.8 %"
-        " of the gap on stretches that no parameter was fitted to; structure that nothing in the "
-        "catalogue explains remains"
+        " of the gap on held-out data; structure that nothing in the catalogue explains remains"
     )
     assert sentence(VERDICTS["no_gap"]).startswith(
         "There is no gap to explain: the nominal model already reaches the measurement noise."
@@ -125,7 +124,7 @@ def test_the_page_goes_from_verdict_to_smallprint(verdict: str) -> None:
         "Recorded against simulated",
         *causes,
         "Where the gap lies" if gap else "Signal by signal",
-        *(["What else was tried"] if gap else []),
+        *(["Other candidates"] if gap else []),
         *(["Notes"] if VERDICTS[verdict].notes else []),
         "How this was made",
     ]

@@ -83,7 +83,7 @@ def test_a_rotor_that_shakes_alone_does_not_hide_the_arm() -> None:
     )
     _weighs(result, WEIGHT, 0.2)
     assert _inertia(result) == pytest.approx(0.15, rel=0.05)
-    assert any(note.startswith("weighed down above") for note in result.notes)
+    assert any(note.startswith("less weight above") for note in result.notes)
 
 
 def test_another_weight_than_the_file_has_is_named_as_what_it_is() -> None:

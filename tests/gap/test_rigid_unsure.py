@@ -80,7 +80,7 @@ def test_an_effort_that_stands_while_the_output_moves_is_left_out() -> None:
     force = np.array(good.rod_force_n)
     force[8000:14000] = 0.0
     result = diagnose(dataclasses.replace(good, rod_force_n=force), LINEAR)
-    assert any("stands still for 6" in note for note in result.notes)
+    assert any("is constant for 6" in note for note in result.notes)
     for one in result.causes:
         assert one.confidence < 0.9
     levels = [one for one in result.measured if one.name in ("coulomb_n", "coulomb_positive_n")]

@@ -186,7 +186,7 @@ def test_report_json_and_summary_tell_of_each(friction) -> None:
     page, text = report_html(friction), " ".join(summary(friction).split())
     assert all(f"<h3>{name}</h3>" in page for name in NAMES)
     assert "Named on a.mcap and b.mcap alone, it removes" in text
-    assert "of the gap on c.mcap, which no fit included" in text
+    assert "of the gap on c.mcap, which was held out" in text
     data = json.loads(json.dumps(friction.as_json()))
     assert data["schema"] == "ecyl.diagnosis/1"
     assert [one["recording"] for one in data["recordings"]] == NAMES

@@ -188,5 +188,5 @@ def test_the_first_motion_keeps_the_limits_and_is_refused_where_there_are_none()
     assert motion.moving_s <= 4.0 and motion.sample(4.0)[0] == pytest.approx(0.0, abs=1e-9)
     assert sound.excess(DRIVE) is None
     weak = dataclasses.replace(DRIVE.controller, current_limit=1e-3)
-    with pytest.raises(InputError, match="no motion leaves the sound drive room"):
+    with pytest.raises(InputError, match="no motion leaves the healthy drive room"):
         survey(dataclasses.replace(DRIVE, controller=weak), 2.0)

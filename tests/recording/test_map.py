@@ -119,7 +119,7 @@ def test_a_written_map_reads_the_same(tmp_path: Path) -> None:
         ("signals: {rod_position: {field: x, stamp: wall}}", "stamp is wall"),
         ("signals: {rod_position: {field: x, joint: 3}}", "joint: is 3, expected text"),
         ("signals: {rod_position: {feild: x}}", "did you mean field?"),
-        ("signals: {rod_position: x, rod_position: y}", "rod_position stands twice"),
+        ("signals: {rod_position: x, rod_position: y}", "rod_position appears twice"),
         ("signals: {effort: x, rotor_torque: y}", "both give rotor_torque_nm"),
         ("{signals: {effort: x}, time: t, rate: 5}", "both time and rate"),
         ("{signals: {effort: x}, time: {field: t, unit: m}}", "time.unit: is m"),

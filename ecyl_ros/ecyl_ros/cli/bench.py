@@ -65,7 +65,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=float,
         default=50.0,
         metavar="NM",
-        help="the clearance is read at +-3 %% of it (50)",
+        help="the backlash is read at +-3 %% of it (50)",
     )
     parser.add_argument(
         "--shaft-twist",

@@ -31,7 +31,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--drives",
         choices=DRIVES,
         default="bench",
-        help="machines of one drive file, of a drive of their own each, or rigid drives (bench)",
+        help="machines of one drive file, each of its own random drive, or rigid drives (bench)",
     )
     parser.add_argument(
         "--drive", metavar="D.yaml", help="drive file or profile that --drives bench are of (bench)"
@@ -64,7 +64,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--kinds",
         metavar="A,B",
         help="cases of these kinds alone: single, pair, none, outside, withheld, beyond; and "
-        "law, of a cause that has no name, which is drawn only when asked for",
+        "law, of a cause that has no name, which is drawn only on request",
     )
     parser.add_argument(
         "--effects", metavar="A,B", help="cases of these effects alone (a pair's second is any)"
@@ -87,7 +87,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--dask", metavar="ADDRESS", help="run on the Dask cluster of this scheduler instead"
     )
     parser.add_argument(
-        "--resume", action="store_true", help="go on with the study that --json OUT was cut off at"
+        "--resume", action="store_true", help="continue the interrupted study of --json OUT"
     )
 
 
@@ -104,7 +104,7 @@ def run(options: argparse.Namespace) -> int:
         try:
             return _run(options, drives)
         except (StudyError, WorkerDied) as error:
-            hint = "; --resume goes on with the others" if options.json is not None else ""
+            hint = "; --resume continues with the others" if options.json is not None else ""
             print(f"ecyl blind: {error}{hint}", file=sys.stderr)
             return 1
 
@@ -177,7 +177,7 @@ def _check(options: argparse.Namespace) -> None:
     if options.seconds is not None and not 3.0 <= options.seconds <= 600.0:
         raise InputError(f"--seconds = {options.seconds:g}, expected 3 to 600")
     if options.resume and options.json is None:
-        raise InputError("--resume needs --json OUT, the file of the study to go on with")
+        raise InputError("--resume needs --json OUT, the file of the study to continue")
 
 
 def _draw(options: argparse.Namespace, drives: Drives) -> list[Case]:

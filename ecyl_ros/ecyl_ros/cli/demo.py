@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from ..recording.signals import Recording
 
 WORN, NOMINAL = "worn_1khz", "servo_1khz"
-# Reversals in both directions, slow and fast motion: what a diagnosis of a clearance needs.
+# Reversals in both directions, slow and fast motion: what a diagnosis of backlash needs.
 REFERENCE = "moves:positions=0.004;-0.003;0.002;-0.001,speed=0.05,acceleration=1,jerk=50,dwell=0.1"
 DURATION_S = 4.0
 _WIDTH = 96
@@ -51,7 +51,7 @@ def run(options: argparse.Namespace) -> int:
         print(f"ecyl demo: {error}", file=sys.stderr)
         return 1
     _show_tracking(bag, plots)
-    print(f"\nIts recording is held against the data sheet ({NOMINAL}):\n")
+    print(f"\nIts recording is compared with the data sheet ({NOMINAL}):\n")
     print(textwrap.fill(_diagnosed(bag, report), _WIDTH))
     print(f"\nreport     {report}\npictures   {plots}\nrecording  {bag}")
     return 0
@@ -87,7 +87,7 @@ def _show_tracking(bag: Path, plots: Path) -> None:
     print(
         f"  The rod follows its reference {1e3 * tracking.lag.lag_s:.1f} ms late; error "
         f"{1e6 * tracking.error_std_m:.0f} um (standard deviation), "
-        f"{1e6 * tracking.error_max_m:.0f} um at the most."
+        f"{1e6 * tracking.error_max_m:.0f} um at most."
     )
 
 

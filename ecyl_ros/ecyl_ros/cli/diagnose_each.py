@@ -30,15 +30,15 @@ def add_each(parser: argparse.ArgumentParser) -> None:
         action="store_true",
         help="RECORDING is a folder: diagnose every recording in it by itself, into --out",
     )
-    parser.add_argument("--out", type=Path, metavar="DIR", help="of --each: index and pages")
+    parser.add_argument("--out", type=Path, metavar="DIR", help="with --each: index and pages")
     parser.add_argument(
-        "--resume", action="store_true", help="of --each: keep what is there and has not changed"
+        "--resume", action="store_true", help="with --each: keep what is there and has not changed"
     )
     parser.add_argument(
-        "--jobs", type=int, metavar="J", help="of --each: worker processes (all cores)"
+        "--jobs", type=int, metavar="J", help="with --each: worker processes (all cores)"
     )
     parser.add_argument(
-        "--dask", metavar="ADDRESS", help="of --each: a Dask scheduler, tcp://HOST:PORT"
+        "--dask", metavar="ADDRESS", help="with --each: a Dask scheduler, tcp://HOST:PORT"
     )
 
 
@@ -91,7 +91,7 @@ def run_each(options: argparse.Namespace, drive_file: Path) -> int:
                 progress=progress,
             )
         except WorkerError as error:
-            print(f"ecyl diagnose: {error}; --resume goes on with the others", file=sys.stderr)
+            print(f"ecyl diagnose: {error}; --resume continues with the others", file=sys.stderr)
             return 1
     write_text(out / "index.csv", as_csv(entries))
     write_text(index, as_html(entries, str(folder), drive_file.name))

@@ -22,6 +22,6 @@ def check_kind(options: argparse.Namespace, drive_file: Path) -> None:
             )
     elif options.write_drive is not None and drive.kind == "follower":
         raise InputError(
-            f"--write-drive {options.write_drive}: not for a drive of kind follower; what is known "
-            "of it is in the JSON and the report, under what was measured"
+            f"--write-drive {options.write_drive}: not for a drive of kind follower; its "
+            "measured values are in the JSON and the report"
         )

@@ -41,18 +41,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--drive", required=True, metavar="D.yaml", help="drive file of a full cylinder, or profile"
     )
     parser.add_argument(
-        "--out", type=Path, required=True, metavar="DIR", help="new folder for all that comes of it"
+        "--out", type=Path, required=True, metavar="DIR", help="new folder for all results"
     )
-    on = parser.add_argument_group("the drive that is moved")
+    on = parser.add_argument_group("drive")
     on.add_argument(
         "--emulate",
         metavar="HIDDEN.yaml",
-        help="launch the nodes of this drive and move them; without it, the drive that runs",
+        help="launch the nodes of this drive and move them; without it, the running drive",
     )
     on.add_argument(
         "--realtime", action="store_true", help="with --emulate: pace by the wall clock"
     )
-    on.add_argument("--namespace", default="", metavar="NS", help="of the drive that runs")
+    on.add_argument("--namespace", default="", metavar="NS", help="of the running drive")
     on.add_argument(
         "--topic",
         action="append",
@@ -67,7 +67,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="what the drive follows (auto: a trajectory if it does)",
     )
     on.add_argument("--joint", default="rod", metavar="NAME", help="joint of trajectories (rod)")
-    budget = parser.add_argument_group("what it may take")
+    budget = parser.add_argument_group("budget")
     budget.add_argument(
         "--from",
         dest="diagnosis",
@@ -75,16 +75,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="DIAGNOSIS.json",
         help="begin with what this diagnosis has left open",
     )
-    budget.add_argument("--motions", type=int, default=4, metavar="N", help="at the most (4)")
+    budget.add_argument("--motions", type=int, default=4, metavar="N", help="at most (4)")
     budget.add_argument(
-        "--minutes", type=float, default=60.0, metavar="M", help="to begin motions within (60)"
+        "--minutes", type=float, default=60.0, metavar="M", help="no motion starts later (60)"
     )
     budget.add_argument(
         "--duration", type=float, default=8.0, metavar="S", help="of a motion, 2 to 60 s (8)"
     )
     bounds = parser.add_argument_group("bounds: beyond them the drive is brought to rest")
     bounds.add_argument(
-        "--max-error", type=float, metavar="M", help="tracking error (3 times the sound drive's)"
+        "--max-error", type=float, metavar="M", help="tracking error (3 times the healthy drive's)"
     )
     bounds.add_argument(
         "--max-current", type=float, metavar="A", help="(0.95 of controller.current_limit)"
@@ -167,7 +167,7 @@ def _check_numbers(options: argparse.Namespace) -> None:
             raise InputError(f"--{flag.replace('_', '-')} = {value:g}, expected more than 0")
     if options.realtime and options.emulate is None:
         raise InputError(
-            "--realtime: of a drive that --emulate launches; one that runs keeps its own time"
+            "--realtime: only with --emulate; a running drive keeps its own time"
         )
     if options.out.exists() and (not options.out.is_dir() or any(options.out.iterdir())):
         raise InputError(f"--out {options.out}: exists; expected a new folder")
@@ -232,7 +232,7 @@ def _machine(
         seen = play(Task(**common), namespace=options.namespace)
         assert isinstance(seen, Seen)
         where = f" in /{options.namespace.strip('/')}" if options.namespace else ""
-        return f"the drive that runs{where}", on_running, seen
+        return f"the running drive{where}", on_running, seen
 
     hidden = resolve_drive(options.emulate)
     namespace = f"emulated_{os.getpid()}"

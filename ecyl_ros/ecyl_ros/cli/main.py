@@ -20,8 +20,8 @@ VERBS = {
     "run": "launch the nodes, record the graph, print the tracking figures",
     "simulate": "the same run on the engine alone, without a graph",
     "analyse": "tracking figures, spectrum and IMFs of a recording",
-    "plan": "the motion that tells what is still open, with what it would show",
-    "investigate": "motions on a drive, planned and diagnosed until its gap is decided",
+    "plan": "a motion that separates what a diagnosis left open, with its predicted result",
+    "investigate": "plan, play and diagnose motions on a drive until its gap is decided",
     "replay": "publish a recording again with its own timing",
     "mend": "close a recording whose recorder was killed",
     "inspect": "what a recording holds: topics, rates, gaps, clocks, ranges, a proposed map",
@@ -29,9 +29,9 @@ VERBS = {
     "export": "the drive as MJCF, URDF or SDF; a joint of these as a rigid drive file",
     "sensitivity": "tracking figures over one or two parameters of a drive file",
     "paper": "every table and figure of the paper, in both readings, beside its numbers",
-    "bench": "the paper's locked-output test: hysteresis loop, clearance, stiffness",
-    "new-effect": "a library effect from a law that a diagnosis learned",
-    "blind": "sealed drives diagnosed without their labels, then opened and scored",
+    "bench": "the paper's locked-output test: hysteresis loop, backlash, stiffness",
+    "new-effect": "an effect of the catalogue from a law that a diagnosis learned",
+    "blind": "the sealed study: drives with hidden faults diagnosed, labels opened, scored",
 }
 
 

@@ -1,4 +1,4 @@
-"""`ecyl new-effect`: a library effect from a law that a diagnosis learned."""
+"""`ecyl new-effect`: an effect of the catalogue from a law that a diagnosis learned."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def run(options: argparse.Namespace) -> int:
     if isinstance(drive, Machine):
         raise InputError(
             f"{source}: drive.kind = {drive.kind!r}, expected a full cylinder, at whose ports the "
-            "library's effects act"
+            "catalogue's effects act"
         )
     law = drive.learned
     if law is None:

@@ -42,13 +42,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         dest="diagnosis",
         type=Path,
         metavar="DIAGNOSIS.json",
-        help="tell apart what this diagnosis has left open",
+        help="separate what this diagnosis left open",
     )
     what.add_argument(
-        "--between", metavar="A,B", help="tell these effects apart, every two of them"
+        "--between", metavar="A,B", help="separate these effects, every pair of them"
     )
     what.add_argument(
-        "--all", action="store_true", help="show every effect of the catalogue as small as can be"
+        "--all", action="store_true", help="lower the detection limit of every effect"
     )
     parser.add_argument(
         "--duration", type=float, required=True, metavar="S", help="of the motion, 2 to 60 s"
@@ -132,7 +132,7 @@ def run(options: argparse.Namespace) -> int:
         written += [str(one) for one in write_pictures(plan, options.plots)]
     _print(plan)
     if not plan.whole:
-        print("the search was cut short: on a machine with less to do a better motion may be found")
+        print("the search reached its time limit: a less busy machine may find a better motion")
     print()
     for one in written:
         print(f"{'written':<10}{one}")
@@ -225,8 +225,8 @@ def _print(plan: Plan) -> None:
             rows.append([label, *(f"{one.apart[number]:.2f}" for one in plan.predictions)])
         print()
         _table(rows)
-        print(f"a diagnosis tells two effects apart from {plan.needed:.2f} on")
-    rows = [["smallest size seen with 95 %", *motions]]
+        print(f"a diagnosis separates two effects from {plan.needed:.2f} noise floors on")
+    rows = [["detection limit, 95 %", *motions]]
     sizes = [{one.effect: one for one in motion.limits} for motion in plan.predictions]
     for effect in sizes[0]:
         rows.append([effect, *(_size(one.get(effect)) for one in sizes)])

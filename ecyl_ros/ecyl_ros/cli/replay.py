@@ -32,7 +32,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="play the signals of any recording (CSV and MAT too) on this project's topics",
     )
     parser.add_argument("-r", "--rate", type=float, default=1.0, help="speed (default 1)")
-    parser.add_argument("--topics", nargs="+", metavar="TOPIC", help="play these alone")
+    parser.add_argument("--topics", nargs="+", metavar="TOPIC", help="play only these")
     parser.add_argument(
         "-m", "--remap", nargs="+", default=[], metavar="OLD:=NEW", help="publish under other names"
     )
@@ -48,7 +48,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         const=CLOCK_HZ,
         default=0.0,
         metavar="HZ",
-        help=f"publish the bag's time on /clock ({CLOCK_HZ:g} Hz unless told); one in the bag is "
+        help=f"publish the bag's time on /clock ({CLOCK_HZ:g} Hz by default); one in the bag is "
         "left out",
     )
     parser.add_argument(

@@ -268,7 +268,7 @@ def key_meaning(key: str) -> str:
         (one,) = (one for one in effect.parameters if one.name == parameter)
         return f"{effect.title}: {one.meaning}, {one.unit}"
     if key.startswith("tolerances."):
-        return f"half width that holds 95 % of sound machines, of {key.partition('.')[2]}"
+        return f"half width that holds 95 % of healthy machines, of {key.partition('.')[2]}"
     meta = leaf_fields()[key].metadata
     unit = meta.get("unit", "")
     return f"{meta['meaning']}, {unit}" if unit else str(meta["meaning"])

@@ -105,7 +105,7 @@ class ControllerParameters:
         metadata={
             "choices": ("cascade", "position_to_current"),
             "meaning": "with position_to_current there is no speed loop (its gains must be 0): the "
-            "position loop asks for the current, kp in A/rad, ki in A/(rad s), kd in A s/rad",
+            "position loop commands the current, kp in A/rad, ki in A/(rad s), kd in A s/rad",
         },
     )
     feedback: str = field(
@@ -122,13 +122,13 @@ class ControllerParameters:
     )
     velocity_feedforward: float = _quantity("1", 0.0, 2.0, "share of the reference velocity", 0.0)
     acceleration_feedforward: float = _quantity(
-        "A s^2/rad", 0.0, 1e3, "current asked for per rad/s^2 of the reference, at the rotor", 0.0
+        "A s^2/rad", 0.0, 1e3, "current command per rad/s^2 of the reference, at the rotor", 0.0
     )
     setpoint_filter: float = _quantity(
         "s", 0.0, 10.0, "low-pass on the reference before the position loop; 0: none", 0.0
     )
     current_command_filter: float = _quantity(
-        "s", 0.0, 1.0, "low-pass on the current asked for; 0: none", 0.0
+        "s", 0.0, 1.0, "low-pass on the current command; 0: none", 0.0
     )
     speed_source: str = field(
         default="measured",
@@ -141,7 +141,7 @@ class ControllerParameters:
         "s", 0.0, 1.0, "low-pass on the speed feedback, whatever its source; 0: none", 0.0
     )
     speed_limit: float = _quantity(
-        "rad/s", 0.0, math.inf, "largest rotor speed asked for", math.inf, open_low=True
+        "rad/s", 0.0, math.inf, "largest rotor speed command", math.inf, open_low=True
     )
     current_limit: float = _quantity(
         "A", 0.0, math.inf, "the speed integral holds while it acts", math.inf, open_low=True

@@ -1,6 +1,6 @@
 """How far a drive's constants may lie from its data sheet: stated in the drive file, or by default.
 
-A tolerance is the half width that holds 95 % of sound machines, what a data sheet's +- means. The
+A tolerance is the half width that holds 95 % of healthy machines, what a data sheet's +- means. The
 defaults are those of data-sheet practice; the table says where each comes from.
 """
 

@@ -35,7 +35,7 @@ EFFECT = Effect(
     name="acceleration_feedforward_error",
     block="controller",
     title="wrong acceleration feedforward",
-    summary="Current comes with the reference's acceleration, before any error asks for it: the "
+    summary="Current comes with the reference's acceleration, before any error demands it: the "
     "drive starts and stops sooner or later than the model.",
     excitation="acceleration: quick moves, chirps, multisines",
     parameters=(
@@ -44,7 +44,7 @@ EFFECT = Effect(
             unit="A s^2/rad",
             low=0.0,
             high=1e3,
-            meaning="true current asked for per rad/s^2 of the reference, at the rotor",
+            meaning="true current command per rad/s^2 of the reference, at the rotor",
         ),
     ),
     starts=starts,

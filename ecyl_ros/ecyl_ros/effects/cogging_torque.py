@@ -27,7 +27,7 @@ EFFECT = Effect(
     name="cogging_torque",
     block="motor_mechanical",
     title="cogging torque",
-    summary="A torque that goes round with the rotor angle whatever the current: ripple at a "
+    summary="A torque that repeats with rotor angle, independent of current: ripple at a "
     "frequency in proportion to speed, largest in effect at low speed.",
     excitation="slow motion over several periods of the slots",
     parameters=(

@@ -25,8 +25,8 @@ EFFECT = Effect(
     name="current_command_filter",
     block="controller",
     title="current command filter",
-    summary="Current follows the speed loop's wish late and smoothed: less damping, "
-    "overshoot and swings after fast changes.",
+    summary="Current follows the speed loop's command late and smoothed: less damping, "
+    "overshoot and oscillation after fast changes.",
     excitation="fast changes of motion: impacts at reversals, chirps, steps",
     parameters=(
         Quantity(

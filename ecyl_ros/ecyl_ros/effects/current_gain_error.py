@@ -20,7 +20,7 @@ EFFECT = Effect(
     name="current_gain_error",
     block="controller",
     title="wrong current loop gain",
-    summary="The voltage answers fast changes of the current asked for more or less "
+    summary="The voltage responds to fast changes of the current command more or less "
     "strongly; the motion hardly differs.",
     excitation="sharp changes of current: impacts, jerk, chirps; and a recorded voltage",
     parameters=(

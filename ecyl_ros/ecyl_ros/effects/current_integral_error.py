@@ -20,7 +20,7 @@ EFFECT = Effect(
     name="current_integral_error",
     block="controller",
     title="wrong current loop integral gain",
-    summary="The current reaches what is asked for sooner or later than in the model, by "
+    summary="The current reaches its command sooner or later than in the model, by "
     "thousandths of a second.",
     excitation="sharp changes of current at speed; a recorded voltage",
     parameters=(

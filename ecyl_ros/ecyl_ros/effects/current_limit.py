@@ -27,10 +27,10 @@ EFFECT = Effect(
     title="current limit",
     summary="The controller's current stops at a value below the nominal limit: flat tops, and the "
     "drive falls behind while it lasts.",
-    excitation="motion that asks for more current than the limit",
+    excitation="motion that needs more current than the limit",
     parameters=(
         Quantity(
-            name="current_a", unit="A", low=1e-3, high=1e5, meaning="limit that acts in truth"
+            name="current_a", unit="A", low=1e-3, high=1e5, meaning="true limit"
         ),
     ),
     starts=starts,

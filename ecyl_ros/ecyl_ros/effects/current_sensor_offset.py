@@ -21,7 +21,7 @@ EFFECT = Effect(
     name="current_sensor_offset",
     block="sensor",
     title="current sensor offset",
-    summary="The recorded current stands off zero while the motion shows no force: the loop "
+    summary="The recorded current is offset from zero while the motion shows no force: the loop "
     "regulates a wrong current.",
     excitation="rest and passages through the backlash, which tell it from a constant load",
     parameters=(

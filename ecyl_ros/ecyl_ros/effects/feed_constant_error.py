@@ -39,7 +39,7 @@ EFFECT = Effect(
     name="feed_constant_error",
     block="controller",
     title="wrong feed constant",
-    summary="The rotor goes further or less far than the reference asks for, in proportion to the "
+    summary="The rotor goes further or less far than the reference commands, in proportion to the "
     "travel; rod and rotor agree with each other.",
     excitation="travel, and a position loop that closes on the rotor",
     parameters=(

@@ -26,7 +26,7 @@ EFFECT = Effect(
     block="controller",
     title="speed feedback filter",
     summary="The loop acts on a smoothed speed, a moment old: less damping, overshoot "
-    "and swings after fast changes, while the position feedback is prompt.",
+    "and oscillation after fast changes, while the position feedback is prompt.",
     excitation="fast changes of motion: impacts at reversals, chirps, steps",
     parameters=(
         Quantity(

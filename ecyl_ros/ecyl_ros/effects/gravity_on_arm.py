@@ -17,7 +17,7 @@ EFFECT = Effect(
     name="gravity_on_arm",
     block="load",
     title="gravity on arm",
-    summary="A torque that goes round with the angle of the output, at rest as in motion: a weight "
+    summary="A torque that repeats with the angle of the output, at rest as in motion: a weight "
     "off the axis.",
     excitation="",
     parameters=(),

@@ -16,7 +16,7 @@ EFFECT = Effect(
     block="motor_electrical",
     title="inverter gain",
     summary="The inverter gives more or less voltage than commanded, in proportion: the bus "
-    "voltage is not the one reckoned with. Resistance, inductance and back EMF seem wrong alike.",
+    "voltage is not the one assumed. Resistance, inductance and back EMF seem wrong alike.",
     excitation="currents that change fast, and a recorded voltage",
     parameters=(
         Quantity(name="gain", unit="1", low=-0.9, high=3.0, meaning="true over wanted, less 1"),

@@ -42,7 +42,7 @@ EFFECT = Effect(
     name="periodic_disturbance",
     block="load",
     title="periodic disturbance",
-    summary="A force of fixed frequency, at rest as in motion: a pump, a spindle, a neighbour.",
+    summary="A force of fixed frequency, at rest as in motion: a pump, a spindle, a press nearby.",
     excitation="any, rest included; several of its periods",
     parameters=(
         Quantity(name="amplitude_n", unit="N", low=0.0, high=1e6, meaning="peak force on the rod"),

@@ -20,7 +20,7 @@ EFFECT = Effect(
     name="position_integral_error",
     block="controller",
     title="wrong position loop integral gain",
-    summary="The following error fades over a longer or shorter time than the model's, in"
+    summary="The tracking error decays over a longer or shorter time than the model's, in"
     " steady motion and under load; fast motion hardly differs.",
     excitation="slow motion and long stretches at one speed; a load makes it plainer",
     parameters=(

@@ -21,7 +21,7 @@ EFFECT = Effect(
     block="controller",
     title="wrong speed loop gain",
     summary="The speed loop holds its speed more or less stiffly: impacts at reversals "
-    "and fast changes end in other currents and swings.",
+    "and fast changes end in other currents and oscillations.",
     excitation="fast changes of motion: impacts at reversals, chirps, steps",
     parameters=(
         Quantity(

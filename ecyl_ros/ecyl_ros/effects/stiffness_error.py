@@ -22,7 +22,7 @@ EFFECT = Effect(
     name="stiffness_error",
     block="transmission",
     title="wrong stiffness",
-    summary="Contact torque swings at another frequency after a flank meets; "
+    summary="Contact torque oscillates at another frequency after a flank meets; "
     "rod and rotor part with load.",
     excitation="impacts at reversals, fast reversals of torque",
     parameters=(

@@ -43,7 +43,7 @@ EFFECT = Effect(
             unit="1",
             low=0.0,
             high=2.0,
-            meaning="true share of the reference velocity added to the speed asked for",
+            meaning="true share of the reference velocity added to the speed command",
         ),
     ),
     starts=starts,

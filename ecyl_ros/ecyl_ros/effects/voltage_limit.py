@@ -31,10 +31,10 @@ EFFECT = Effect(
     title="voltage limit",
     summary="The controller's voltage stops at a value below the nominal limit: flat tops, and the "
     "drive falls behind while it lasts.",
-    excitation="motion that asks for more voltage than the limit",
+    excitation="motion that needs more voltage than the limit",
     parameters=(
         Quantity(
-            name="voltage_v", unit="V", low=1e-3, high=1e5, meaning="limit that acts in truth"
+            name="voltage_v", unit="V", low=1e-3, high=1e5, meaning="true limit"
         ),
     ),
     starts=starts,

@@ -203,7 +203,7 @@ class _Mjcf:
                 total += _about(own.attrib, axis, anchor, f"{where}: inertial")
         if unknown:
             listed = ", ".join(unknown[:6])
-            made.remarks.append(f"without an inertial element, hence not counted: body {listed}")
+            made.remarks.append(f"without an inertial element, so not counted: body {listed}")
         if not made.linear and body.find("body") is not None:
             made.remarks.append("bodies further out than the joint's own are not counted")
         made.inertia = total if total > 0.0 else None
@@ -291,7 +291,7 @@ def _urdf(path: Path, root: Element, name: str | None) -> JointValues:
     for one in carried:
         inertial = links[one].find("inertial") if one in links else None
         if inertial is None:
-            made.remarks.append(f"without an inertial element, hence not counted: link {one}")
+            made.remarks.append(f"without an inertial element, so not counted: link {one}")
             continue
         total += _urdf_inertia(inertial, joint, made.linear, where)
     made.inertia = total if total > 0.0 else None

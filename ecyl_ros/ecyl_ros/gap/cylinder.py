@@ -147,7 +147,7 @@ def _without_unsure(competition: Competition, fitter: Fitter) -> tuple[Competiti
     notes = []
     for name in unsure:
         titles = " or ".join(CATALOGUE[one].title for one in (name, *others[name]))
-        notes.append(f"{titles} would come nearer still, one as well as the other")
+        notes.append(f"{titles} would fit better still, each equally well")
     return without_effects(competition, fitter, unsure), notes
 
 
@@ -197,8 +197,8 @@ def assembled(found: Judged, source: str, drive_name: str) -> tuple[Diagnosis, F
         surplus = max(before - floor, 1e-12)
     elif floor > white:
         notes.append(
-            f"with {' and '.join(one.title for one in causes)} the loop makes more of the noise, "
-            "and of differences too small to show without: a perfect model would leave "
+            f"with {' and '.join(one.title for one in causes)} the loop amplifies the noise "
+            "and differences too small to show without: a perfect model would leave "
             f"{floor / white:.1f} times the noise of the sensors"
         )
     final = winner if named else alone
@@ -306,10 +306,10 @@ def _too_unlike(causes: Sequence[Cause], winner: Fit) -> list[str]:
     if not causes:
         return []
     tried = ", ".join(one.title for one in causes)
-    notes = [f"closest in the catalogue, but too unlike to be named: {tried}"]
+    notes = [f"closest in the catalogue, but fits too badly to be named: {tried}"]
     if settings_alone(winner.names) < 1.0:
         notes.append(
-            "together, settings of one controller give nearly any change of its answer: one "
+            "together, settings of one controller give nearly any change of its response: one "
             "that the catalogue lacks may be the cause"
         )
     return notes
@@ -357,7 +357,7 @@ def _stand_in(one: Inconstancy) -> str:
     sizes = ", ".join(f"{size:g}" for size in one.sizes)
     return (
         f"{CATALOGUE[one.effect].title} comes near, but would need another size with "
-        f"{one.condition} (times {sizes}): it stands for something else"
+        f"{one.condition} (times {sizes}): it represents something else"
     )
 
 
@@ -365,5 +365,5 @@ def _coincide(one: Coincidence) -> str:
     *first, last = (CATALOGUE[name].title for name in one.effects)
     return (
         f"{', '.join(first)} and {last} come near, but all by one factor ({one.factor:.3f}): they "
-        "stand for one fault of another kind"
+        "represent one fault of another kind"
     )

@@ -106,7 +106,7 @@ class FittedParameter:
 class Cause:
     """An effect that earned its place.
 
-    confidence: probability that it is a true cause, calibrated by the blind study.
+    confidence: probability that it is a true cause, calibrated by the sealed study.
     shrink: share of the whole gap that adding it removed, in the order the causes are listed.
     shrink_alone_lost: share that comes back when it alone is left out of the set.
     alternatives: effects that this recording cannot tell from it.
@@ -128,9 +128,9 @@ class Cause:
 class SheetValue:
     """A constant of the data sheet as the recording shows it, in its unit.
 
-    tolerance: half width that holds 95 % of sound machines. value, low, high: found, with its 95 %
-    interval. seen: whether the recording says more of it than the sheet does. stated: whether the
-    drive file states it; what it leaves out may have any value, and no pull.
+    tolerance: half width that holds 95 % of healthy machines. value, low, high: found, with its
+    95 % interval. seen: whether the recording says more of it than the sheet does. stated: whether
+    the drive file states it; what it leaves out may have any value, and no pull.
     """
 
     parameter: str

@@ -4,7 +4,7 @@
 
 with the play (backlash) operator of hysteresis theory: the output stays where it is until the
 command has moved away from it by half the width. Lag and width are scanned together; whether the
-width is play of gears, stiction, or a dead band of the controller, and whether the lag is a delay
+width is backlash, stiction, or a dead band of the controller, and whether the lag is a delay
 or a soft loop, position alone does not say, so that no cause is named.
 """
 
@@ -283,7 +283,7 @@ def _measured(
             end,
             whole.width,
             *width,
-            "play, stiction and dead band of the controller together, full width",
+            "backlash, stiction and dead band of the controller together, full width",
         ),
         Measured(
             f"offset_{end}", end, whole.offset, *spans["offset"], "position less command, mean"
@@ -314,7 +314,7 @@ def _notes(
     unit = "m" if machine.linear else "rad"
     notes = [
         "command and position alone, controller unknown: a lag may be a delay or a soft loop, a "
-        "dead band may be play, stiction or the controller's own; no cause is named",
+        "dead band may be backlash, stiction or the controller's own; no cause is named",
     ]
     if left > 0.0 and min(alone.values()) <= 1.05 * left:
         name = min(alone, key=lambda one: alone[one])
@@ -328,7 +328,7 @@ def _notes(
         notes.append(f"the lag is below one sample of {1e3 / motion.rate_hz:.3g} ms")
     if whole.width < 2.0 * step or spans["width"][0] <= step:
         notes.append(
-            f"no dead band is proven: what was found does not stand clear of the step of "
+            f"no dead band is proven: what was found is not clearly above the step of "
             f"{step:.3g} {unit}"
         )
     if left > 2.0 * step and left > 0.3 * gap:
@@ -338,8 +338,8 @@ def _notes(
         )
     notes.append(
         f"not judged at {motion.rate_hz:.3g} Hz from an encoder at the output: inertia, friction "
-        "in N m, cogging, stiffness, torque constant, gains, and play between motor and encoder "
-        "apart from the rest"
+        "in N m, cogging, stiffness, torque constant, gains, and backlash between motor and "
+        "encoder apart from the rest"
     )
     if np.isfinite(motion.effort).any():
         notes.append(

@@ -154,11 +154,11 @@ def _notes(told: Sequence[StretchGap], recording: LongRecording, found: Diagnosi
         if left:
             most = max(one.after for one in left)
             lines.append(
-                f"what is named leaves up to {most:.3g} times the misfit of noise in the stretches "
-                f"from {_times(left)}: another size there, or another cause beside it"
+                f"the named causes leave up to {most:.3g} times the misfit of noise in the "
+                f"stretches from {_times(left)}: another size there, or another cause beside it"
             )
         else:
-            lines.append("what is named explains the gap in the other stretches too")
+            lines.append("the named causes explain the gap in the other stretches too")
     return lines
 
 

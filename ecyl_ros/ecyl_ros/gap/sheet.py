@@ -1,6 +1,6 @@
 """The data sheet as a distribution: constants that may lie off their nominal values, and its price.
 
-A constant s of nominal value s0 and tolerance t (the half width that holds 95 % of sound machines)
+A constant s of nominal value s0 and tolerance t (half width that holds 95 % of healthy machines)
 is known as log s, normally distributed about log s0 with a standard deviation of t / (2 s0): in
 logarithms what scales together (a torque constant, and all inertias and frictions) lies on straight
 lines. Its *pull* is log(s / s0) s0 / t, hence (s - s0) / t near the nominal value: 1 stands at the

@@ -13,12 +13,12 @@ from ..drive.reference.base import Reference
 from ..drive.telemetry import simulation_recording
 from ..errors import InputError
 
-# Of the sound drive's largest tracking error: what no fault that leaves the loops in place comes
+# Of the healthy drive's largest tracking error: what no fault that leaves the loops in place comes
 # to, and a rod that is held comes to within a few of the loop's time constants.
 TIMES_ERROR = 3.0
 # Of the controller's current limit: at the limit itself nothing follows any more.
 CURRENT_SHARE = 0.95
-SOUND_SHARE = 0.8  # of current and voltage limit that the sound drive may take on a motion
+SOUND_SHARE = 0.8  # of current and voltage limit that the healthy drive may take on a motion
 _SLACK = 1.0 + 1e-6
 
 
@@ -59,7 +59,7 @@ class Bounds:
 
 @dataclass(frozen=True)
 class Sound:
-    """Peaks of the sound drive on a motion: tracking error m, current A, voltage V."""
+    """Peaks of the healthy drive on a motion: tracking error m, current A, voltage V."""
 
     error_m: float
     current_a: float
@@ -82,7 +82,7 @@ class Sound:
         )
 
     def excess(self, drive: DriveParameters) -> str | None:
-        """Which limit of the controller the sound drive comes too close to, or None."""
+        """Which limit of the controller the healthy drive comes too close to, or None."""
         control = drive.controller
         for name, value in (("current_limit", self.current_a), ("voltage_limit", self.voltage_v)):
             most = SOUND_SHARE * getattr(control, name)
@@ -97,7 +97,7 @@ def bounds_for(
     """Bounds of a motion; `error_m` and `current_a` take the place of what follows from the model.
 
     Raises:
-        InputError: a bound that the sound drive would not keep.
+        InputError: a bound that the healthy drive would not keep.
     """
     error = error_m if error_m is not None else TIMES_ERROR * sound.error_m
     current = current_a if current_a is not None else CURRENT_SHARE * drive.controller.current_limit
@@ -107,7 +107,7 @@ def bounds_for(
     ):
         if not (math.isfinite(bound) and bound > needed):
             raise InputError(
-                f"{flag} = {bound:g}: the sound drive comes to {needed:.3g} {unit} on this motion; "
+                f"{flag} = {bound:g}: the healthy drive needs {needed:.3g} {unit} on this motion; "
                 "expected more, or lower --speed or --acceleration"
             )
     return Bounds(drive.limits, error, current)

@@ -205,7 +205,7 @@ class Investigation:
         if left.asked not in self._asked:
             return None
         if left.alone and step.diagnosis is not None and step.diagnosis.verdict in HEALTHY:
-            return DECIDED, "what does not show on a motion planned for it shows on none"
+            return DECIDED, "no motion shows what the motion planned for it does not show"
         if self._duration_s >= LONGEST_S:
             return OPEN, f"a motion of {LONGEST_S:g} s planned for it has not decided: {left.why}"
         return None

@@ -145,7 +145,7 @@ def _predicted(step: Step) -> str:
         rows.append([typeset(names), f"<b>{cells[0]}</b>", *cells[1:]])
     caption = (
         "Predicted before anything moved, beside usual motions of the same limits and time. A "
-        f"diagnosis tells two effects apart from {plan.needed:.2f} on."
+        f"diagnosis separates two effects from {plan.needed:.2f} on."
     )
     return table(caption, head, rows)
 

@@ -19,9 +19,9 @@ _SOFTER, _TRIES = 0.7, 8
 
 
 def survey(drive: DriveParameters, duration_s: float) -> tuple[Planned, Sound]:
-    """Moves at the limits, then out and back slower and smaller; and what the sound drive does.
+    """Moves at the limits, then out and back slower and smaller; and what the healthy drive does.
 
-    Where the sound drive would come close to its limits of current or voltage, speed and
+    Where the healthy drive would come close to its limits of current or voltage, speed and
     acceleration are lowered until it does not.
 
     Raises:
@@ -40,7 +40,7 @@ def survey(drive: DriveParameters, duration_s: float) -> tuple[Planned, Sound]:
             limits, speed=_SOFTER * limits.speed, acceleration=_SOFTER * limits.acceleration
         )
     raise InputError(
-        f"limits: no motion leaves the sound drive room: it takes {excess}; expected lower "
+        f"limits: no motion leaves the healthy drive room: it takes {excess}; expected lower "
         "limits.speed or limits.acceleration"
     )
 

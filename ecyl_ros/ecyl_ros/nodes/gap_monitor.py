@@ -218,11 +218,11 @@ class GapMonitor(DriveNode):
             return DiagnosticStatus.WARN, "only the reference is heard: nothing to compare"
         if gap is None:
             why = f" ({self._monitor.why})" if self._monitor.why else ""
-            return DiagnosticStatus.OK, f"the twin has begun and settles{why}"
+            return DiagnosticStatus.OK, f"the twin has just started and is settling{why}"
         missing = self._missing(gap)
         tail = f"; not judged: {missing}" if missing else ""
         if not gap.is_gap:
-            return DiagnosticStatus.OK, f"no gap: what is left is noise{tail}"
+            return DiagnosticStatus.OK, f"no gap: the residual is noise{tail}"
         first = gap.signals[0]
         words = f"gap in {_title(first.name)}, {first.over_noise:.3g} times noise"
         place = gap.condition

@@ -36,7 +36,7 @@ class Recorder(DriveNode):
             "recorder",
             {
                 "out": ("", "file NAME.mcap or folder to record into"),
-                "overwrite": (False, "replace a recording that stands there"),
+                "overwrite": (False, "replace an existing recording"),
                 "duration": (0.0, "s to record; 0: until stopped"),
             },
             **options,

@@ -150,7 +150,7 @@ class ReferenceGenerator(DriveNode):
         if again and self._epoch_ns is not None:
             sample = self._sample_at(stamp_ns)
             if sample < self._plant_sample:
-                self.get_logger().info(f"the plant stands at sample {sample}: back to it")
+                self.get_logger().info(f"the plant is at sample {sample}: back to it")
                 self._plant_sample = sample
                 self._begin_at(sample)
         self._advance(stamp_ns)

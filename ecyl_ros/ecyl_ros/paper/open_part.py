@@ -75,7 +75,7 @@ def _alternatives(results: Results) -> Table:
         (
             "in SI, first line of Table 1 in place of the dead zone",
             *_figures(measured),
-            "following error alone: the transmission does not show",
+            "tracking error alone: the transmission does not show",
         )
     )
     return Table(

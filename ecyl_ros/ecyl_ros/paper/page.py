@@ -66,7 +66,7 @@ def findings(results: Results) -> tuple[str, ...]:
         f"errors of Table 3 are met within {percent(worst)}, with a trace of contact damping "
         f"within {percent(damped)}.",
         f"In SI the error at 100 % is {si.error_std_m * 1e3:.4f} mm instead of "
-        f"{published_run.error_std_m * 1e3:.4f} mm, no single line stands near 3 Hz, and the "
+        f"{published_run.error_std_m * 1e3:.4f} mm, no single line is near 3 Hz, and the "
         f"amplitude at 1 Hz is {si.line_1hz_m * 1e3:.4f} mm, near half the clearance of "
         f"{half * 1e3:.4f} mm, as the paper says of its IMF2.",
         "The paper's conclusion, that stiffness matters and clearance need not be considered, does "

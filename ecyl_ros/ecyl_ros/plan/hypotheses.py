@@ -79,7 +79,7 @@ def read_open(path: Path, drive: DriveParameters, drive_name: str) -> Open:
     if found.pairs:
         return found
     pairs = _catalogued(tuple(one["effects"]) for one in data.get("alike", []))
-    why = "the recording could not have told them apart"
+    why = "the recording could not have separated them"
     return dataclasses.replace(found, pairs=pairs, why=why)
 
 

@@ -47,7 +47,7 @@ class Plan:
     Attributes:
         motion: to be played. pairs, alone: what it was planned for. needed: separation, in floors,
             from which a diagnosis tells two effects apart. predictions: the planned motion first.
-        base: the predicted recording of the sound drive. whole: whether the search for the motion
+        base: the predicted recording of the healthy drive. whole: whether the search for the motion
             went to its end in the time that it had.
     """
 

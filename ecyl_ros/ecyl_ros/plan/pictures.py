@@ -58,7 +58,7 @@ def _motion(plan: Plan) -> Figure:
 
 
 def _predicted(plan: Plan) -> Figure:
-    """What each of the two would do to the signals, less what the sound drive does."""
+    """What each of the two would do to the signals, less what the healthy drive does."""
     worst = int(np.argmin(plan.predictions[0].apart))
     pair = plan.pairs[worst]
     replay = plan.base.fitter.replay
@@ -79,7 +79,7 @@ def _predicted(plan: Plan) -> Figure:
         axis.axhspan(-1.0, 1.0, color=_QUIET, alpha=0.25, linewidth=0)
         _plain(axis, _NAMES[name])
     axes[0].legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, frameon=False)
-    axes[-1].set_xlabel("time, s; difference from the sound drive, the band is one noise floor")
+    axes[-1].set_xlabel("time, s; difference from the healthy drive; band: one noise floor")
     return figure
 
 

@@ -52,7 +52,7 @@ def check_noise(drive: DriveParameters, signals: Collection[str], source: str) -
 def predicted(
     experiment: Experiment, reference: Reference, duration_s: float, rows: int | None = None
 ) -> Base:
-    """The recording of a motion on the sound drive, and what its sheet can do about it.
+    """The recording of a motion on the healthy drive, and what its sheet can do about it.
 
     rows: of each signal that are looked at.
     """
@@ -106,7 +106,7 @@ def visible(base: Base, names: Collection[str]) -> list[Limit]:
 
 
 def peaks(base: Base) -> dict[str, float]:
-    """Largest current A and voltage V that the sound drive takes."""
+    """Largest current A and voltage V that the healthy drive takes."""
     shown = base.fitter.replay.simulate({})
     names = [one.name for one in base.fitter.replay.signals]
     return {

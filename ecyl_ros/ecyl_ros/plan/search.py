@@ -31,7 +31,7 @@ SLOTS = 8  # blocks of a plan
 _ROWS = 12000  # of each signal of the long run
 _GENERATIONS, _POPULATION = 60, 8
 _FINE_GENERATIONS, _FINE_MEMBERS = 5, 12
-_MARGIN = 0.8  # of the limits of current and voltage that a sound drive may take
+_MARGIN = 0.8  # of the limits of current and voltage that a healthy drive may take
 _SEED = 14
 _NOTHING = 1e-6
 # Times that a plan may hold one block: what it told after others it may not tell after itself (a
@@ -167,7 +167,7 @@ def _told(experiment: Experiment, hypotheses: Sequence[Hypothesis]) -> Blocks:
 
 
 def _within(base: Base, blocks: Sequence[Block], ends: Sequence[float]) -> list[bool]:
-    """Whether the sound drive stays within its current and voltage on each block."""
+    """Whether the healthy drive stays within its current and voltage on each block."""
     replay = base.fitter.replay
     controller = replay.nominal.controller
     names = [one.name for one in replay.signals]
@@ -309,7 +309,7 @@ def told(
 
 
 def within_limits(experiment: Experiment, base: Base) -> bool:
-    """Whether the sound drive stays within its current and voltage limits, with some margin."""
+    """Whether the healthy drive stays within its current and voltage limits, with some margin."""
     controller = experiment.drive.controller
     taken = peaks(base)
     return (

@@ -98,7 +98,7 @@ def print_identified(
         ("T1", fit.t1_nm, 1.0, "N m", ".4f"),
         ("T2", fit.t2_nm, 1.0, "N m", ".3f"),
         (
-            f"clearance between -+{found.clearance_torque_nm:g} N m",
+            f"backlash between -+{found.clearance_torque_nm:g} N m",
             found.clearance_rad,
             ARCMIN,
             "arcmin",

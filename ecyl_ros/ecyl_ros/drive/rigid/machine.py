@@ -89,7 +89,7 @@ class Machine:
         return self.speed_kp is not None
 
     def half_widths(self) -> dict[str, float]:
-        """Half width that holds 95 % of sound machines, of each constant that the file states.
+        """Half width that holds 95 % of healthy machines, of each constant that the file states.
 
         By key and in its unit. A force or torque that was measured as such is as sure as that,
         unless the file says by name how unsure its gain is.
@@ -155,7 +155,7 @@ KEYS: dict[str, Key] = {
         "feedforward", ("1", "1"), 0.0, 2.0, "share of the reference velocity"
     ),
     "controller.command_limit": Key(
-        "command_limit", ("signal unit",) * 2, 0.0, 1e9, "largest effort asked for", open_low=True
+        "command_limit", ("signal unit",) * 2, 0.0, 1e9, "largest effort command", open_low=True
     ),
     "controller.delay": Key("delay_s", ("s", "s"), 0.0, 1.0, "from measured motion to effort"),
     "sensors.position_resolution": Key(

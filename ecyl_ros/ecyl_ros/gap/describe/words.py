@@ -37,7 +37,7 @@ VARIABLES = {
     "voltage": "voltage",
     "time": "time",
     "heat": "heat (current squared, filtered)",
-    "travel": "the way since the last reversal",
+    "travel": "the travel since the last reversal",
 }
 _EVEN = 0.1  # share of a table's power that may be of the other symmetry
 _REPEATS = 0.6  # share of a curve's variance in one wave

@@ -34,7 +34,7 @@ def unclear(fit: Fit, fitter: Fitter) -> dict[str, str]:
             low <= neutral + open_ and high >= neutral - open_ for low, high in held
         ):
             what = "its tolerance" if open_ > 0.0 else "its neutral value"
-            found[name] = f"would come nearer, but its 95 % interval holds {what}"
+            found[name] = f"would fit better, but its 95 % interval holds {what}"
     return found
 
 

@@ -21,7 +21,7 @@ from ..sheet import PULL_PRICE, Sheet
 from ..split import STRETCH_S
 
 # Half width, as a share of the value, that no interval falls below: the effect's form and the
-# nominal values beside it are not known better; with this 96 % of the blind study's hold.
+# nominal values beside it are not known better; with this 96 % of the sealed study's hold.
 FORM = 4e-3
 
 

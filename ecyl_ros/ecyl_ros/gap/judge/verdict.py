@@ -205,7 +205,7 @@ def confidence(place: Standing, rivals_as_good: int) -> float:
     """Probability that a named cause is true, from how the fit stands.
 
     Near the floor a wrong set is rare however close its rivals; further up it takes a distance to
-    the next best. The curve is drawn through what the blind study shows.
+    the next best. The curve is drawn through what the sealed study shows.
     """
     away = min(max((place.left - _NEAR) / (_FAR - _NEAR), 0.0), 1.0)
     score = 4.5 - 2.6 * away

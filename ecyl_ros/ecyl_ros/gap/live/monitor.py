@@ -136,7 +136,7 @@ class Monitor:
         found = self._compare(twin)
         self._drop_reference(twin, reference)
         if self._ran_away(found):
-            self._end("the twin ran away from what was measured")
+            self._end("the twin ran away from the measurement")
         elif edges is not None and last >= twin.tick_of(edges[0]):
             self._skip(*edges)
         return found

@@ -112,7 +112,7 @@ class Replay:
         self.signals = tuple(one for one in SIGNALS if recording.has(one.recorded))
         missing = [one.name for one in SIGNALS if one not in self.signals]
         if missing:
-            self.notes.append(f"not recorded, hence not judged: {', '.join(missing)}")
+            self.notes.append(f"not recorded, so not judged: {', '.join(missing)}")
         for name in ("injected_force_n", "injected_torque_nm"):
             if recording.has(name):
                 self.notes.append(

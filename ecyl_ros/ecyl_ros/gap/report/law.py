@@ -25,11 +25,11 @@ def sentence(diagnosis: Diagnosis, law: Description) -> str:
     how = "Added to the model" if law.in_balance else "Played in the drive"
     text = (
         f"Nothing in the catalogue explains the gap, but it can be described: {law.words}. {how} "
-        f"it removes {'all' if share == '100 %' else share} of the gap on stretches "
-        "that it was not fitted to"
+        f"it removes {'all' if share == '100 %' else share} of the gap on "
+        "held-out data"
     )
     if diagnosis.floor > 0.0:
-        text += f"; what is left is {q.times(diagnosis.after, diagnosis.floor)} times the noise"
+        text += f"; the residual is {q.times(diagnosis.after, diagnosis.floor)} times the noise"
     text += "."
     if law.ports:
         others = words.listed([one.replace("_", " ") for one in law.ports], "or")
@@ -37,7 +37,7 @@ def sentence(diagnosis: Diagnosis, law: Description) -> str:
     near = law.resembles
     if near is not None:
         text += (
-            f" It resembles {words.with_article(near.effect)} most, which leaves a misfit of "
+            f" It most resembles {words.with_article(near.effect)}, which leaves a misfit of "
             f"{q.number(near.misfit)} noise floors; the law leaves {q.number(near.law_misfit)}."
         )
     return text
@@ -58,22 +58,22 @@ def facts(law: Description) -> list[tuple[str, str]]:
     once = [SPOKEN[name] for name, turns in law.turns.items() if turns < _LEAST_TURNS]
     if "position" in played.of and once:
         found.append(
-            ("or else", f"{' or '.join(once)}: the motion hardly went round, and cannot tell")
+            ("or else", f"{' or '.join(once)}: the motion covers too little of a turn to decide")
         )
     values = np.array(played.values)[law.seen] if law.seen.any() else np.array(played.values)
     found.append(
         (
-            "runs from",
+            "ranges from",
             f"{q.number(float(values.min()))} to {q.number(float(values.max()))} {played.unit}",
         )
     )
-    found.append(("formula", law.formula or "none of few terms does as well as the table"))
+    found.append(("formula", law.formula or "no formula of few terms fits as well as the table"))
     found.append(("removes", f"{q.percent(law.shrink)} of the gap, held out"))
     if law.next_best:
         of, worse = law.next_best[0]
         names = " and ".join(SPOKEN[one] for one in of) or "no variable"
         found.append(("next best", f"{names}: {q.number(worse)} times the error of prediction"))
-    found.append(("by chance", f"found in {q.number(law.chance)} of draws where nothing holds"))
+    found.append(("by chance", f"found in {q.number(law.chance)} of draws without a law"))
     return found
 
 
@@ -88,16 +88,16 @@ def pictures(law: Description) -> list[str]:
             what += ", with its 95 % band"
             if law.resembles is not None and law.resembles.curve is not None:
                 name = words.with_article(law.resembles.effect)
-                what += f". Red: what {name}, the nearest that has a name, would give there"
+                what += f". Red: what {name}, the nearest named effect, would give there"
         else:
             second = SPOKEN[law.law.of[1]]
-            what += f", at values of {second} spread over what was visited"
+            what += f", at values of {second} spread over the visited range"
         found.append(figure(str(chart), f"{what}."))
     found.append(
         figure(
             str(_course(law)),
             "The missing quantity over time with its 95 % band from the sensors' noise, and what "
-            f"the law gives; shaded where it cannot be known: {unknown}at rest, just reversed.",
+            f"the law gives; shaded where it is not known: {unknown}at rest, after a reversal.",
         )
     )
     return found

@@ -144,19 +144,19 @@ def gap_page() -> Page:
         (
             Plot("running rms of the gap over noise; 2 is a gap", levels),
             Plot(
-                "rotor position, recorded less simulated, rad",
+                "rotor position, residual, rad",
                 (_joint(states, joints, "rotor", "position", "rotor", BLUE),),
             ),
             Plot(
-                "rod position, recorded less simulated, m",
+                "rod position, residual, m",
                 (_joint(states, joints, "rod", "position", "rod", BLUE),),
             ),
             Plot(
-                "current, recorded less simulated, A",
+                "current, residual, A",
                 (_vector(f"{GAP}/current", "y", "i_q", BLUE),),
             ),
             Plot(
-                "voltage, recorded less simulated, V",
+                "voltage, residual, V",
                 (_vector(f"{GAP}/voltage", "y", "u_q", BLUE),),
             ),
         ),
@@ -200,7 +200,7 @@ def diagnosis_pages() -> tuple[Page, ...]:
             words.signal(one.name),
             (
                 Plot(f"{words.signal(one.name)}, {one.unit}", curves(one.name, CURVES[:3])),
-                Plot(f"recorded less simulated, {one.unit}", curves(one.name, CURVES[3:])),
+                Plot(f"residual, {one.unit}", curves(one.name, CURVES[3:])),
             ),
         )
         for one in SIGNALS

@@ -66,9 +66,9 @@ def sentence(diagnosis: Diagnosis) -> str:
         return ""
     if diagnosis.verdict in ("no_gap", "within_sheet"):
         parts = [f"no {_named(one)} {_of(one, 'above', 'off by more than')}" for one in found]
-        return f"As sure as 95 %, there is {words.listed(parts, 'and')}."
+        return f"With 95 % confidence there is {words.listed(parts, 'and')}."
     parts = [f"{_named(one)} {_of(one, 'of', 'off by')}" for one in found]
-    return f"Besides, it would have shown {words.listed(parts, 'or')} on 95 of 100 machines."
+    return f"It would also have shown {words.listed(parts, 'or')} on 95 of 100 machines."
 
 
 def _named(one: Limit) -> str:
@@ -106,6 +106,6 @@ def _pair(one: Alike) -> str:
     first, second = (words.title(name) for name in one.effects)
     first = first[:1].upper() + first[1:]
     return (
-        f"{first} and {second} look alike here: {q.number(one.separation, 2)} of the "
-        f"{q.number(one.needed, 2)} noise floors that it takes"
+        f"{first} and {second} look alike here: separated by "
+        f"{q.number(one.separation, 2)} noise floors, {q.number(one.needed, 2)} are needed"
     )

@@ -71,8 +71,8 @@ def _section(heading: str, *parts: str) -> str:
 
 def _closing(diagnosis: Diagnosis) -> str:
     caption = (
-        "RMS of recorded less simulated on held-out stretches, pooled over the signals, each over "
-        f"the standard deviation of what was recorded. Dashed: {diagnosis.floor_is}."
+        "RMS of the residual (recorded minus simulated) on held-out data, pooled over the signals, "
+        f"each over the standard deviation of what was recorded. Dashed: {diagnosis.floor_is}."
     )
     facts = []
     if diagnosis.closes:
@@ -144,7 +144,8 @@ def _cause(one: Cause, several: bool) -> str:
         ("removes", f"{q.percent(one.shrink)} of the gap"),
     ]
     if several:
-        facts.append(("without it", f"{q.percent(one.shrink_alone_lost)} of the gap comes back"))
+        back = f"without it {q.percent(one.shrink_alone_lost)} of the gap comes back"
+        facts.append(("ablation", back))
     if one.alternatives:
         others = words.listed([words.title(name) for name in one.alternatives], "or")
         facts.append(("could also be", others))
@@ -194,8 +195,8 @@ def _measured(diagnosis: Diagnosis) -> str:
         meaning = f' <span class="quiet">{typeset(one.meaning)}</span>' if one.meaning else ""
         rows.append([f"{typeset(label[:1].upper() + label[1:])}{meaning}", *cells])
     caption = (
-        "Values that the recording gives, fitted to all of it, nominal and found together. What "
-        "the drive file leaves out has no nominal value."
+        "Values fitted to the whole recording, nominal value and correction together. What the "
+        "drive file leaves out has no nominal value."
     )
     return _section("The machine as measured", table(caption, head, rows))
 
@@ -219,8 +220,8 @@ def _sheet(diagnosis: Diagnosis) -> str:
             ]
         )
     caption = (
-        "Every constant is fitted beside the causes, at the price of leaving its tolerance, the "
-        "half width that holds 95 % of sound machines. The pull is the distance from the nominal "
+        "Every constant is fitted beside the causes, at a price for leaving its tolerance, the "
+        "half width that holds 95 % of healthy machines. The pull is the distance from the nominal "
         "value in tolerances: 1 is the edge of the sheet. Where the recording says no more than "
         "the sheet, the constant is not seen here."
     )
@@ -245,13 +246,13 @@ def _limits(diagnosis: Diagnosis) -> str:
             ]
         )
     caption = (
-        "The smallest size of each effect, beside what was found, that this recording would have "
-        "shown on 95 of 100 machines within the sheet. Smaller ones could hide in it."
+        "The smallest size of each effect, in addition to the causes found, that this recording "
+        "would have shown on 95 of 100 machines within the sheet. Smaller ones could hide in it."
     )
     alike = "".join(f"<li>{typeset(one)}</li>" for one in limits.pairs(diagnosis))
     said = limits.sentence(diagnosis)
     return _section(
-        "What this recording could have shown",
+        "Detection limits",
         f"<p>{typeset(said)}</p>" if said else "",
         f"<ul>{alike}</ul>" if alike else "",
         table(caption, head, rows),
@@ -309,7 +310,7 @@ def _signals(diagnosis: Diagnosis) -> str:
         row.append(typeset(q.amount(one.floor, one.unit)))
         rows.append(row)
     caption = (
-        "By signal: RMS of recorded less simulated on held-out stretches; the floor is "
+        "By signal: RMS of the residual on held-out stretches; the floor is "
         f"{diagnosis.floor_is}{' alone' if diagnosis.floor_is == 'measurement noise' else ''}."
     )
     return table(caption, head, rows) if rows else ""
@@ -321,7 +322,7 @@ def _ratio(value: float) -> str:
 
 
 def _ports(diagnosis: Diagnosis) -> str:
-    head = [("block", ""), ("left / floor", "num"), ("judged by", ""), ("left", "num")]
+    head = [("block", ""), ("residual / floor", "num"), ("judged by", ""), ("residual", "num")]
     head += [("floor", "num")]
     rows = [
         [
@@ -334,9 +335,9 @@ def _ports(diagnosis: Diagnosis) -> str:
         for one in diagnosis.ports
     ]
     caption = (
-        "By block: what its own nominal equation leaves with measured signals at its ports, so "
-        "that the loop does not carry one block's fault into the others. About 1 where the block "
-        "is as modelled."
+        "By block: the residual of its own nominal equation with measured signals at its ports, so "
+        "that the loop does not carry the fault of one block into another. About 1 where the "
+        "block is as modelled."
     )
     return table(caption, head, rows) if rows else ""
 
@@ -372,8 +373,8 @@ def _residual_heading(diagnosis: Diagnosis) -> str:
     about = strongest(diagnosis)
     assert about is not None  # there are pictures
     return (
-        f"<h3>Difference in {typeset(words.signal(about.name))}, recorded less simulated</h3>"
-        '<p class="caption">The signal that stands highest over its floor.</p>'
+        f"<h3>Residual of the {typeset(words.signal(about.name))}, recorded minus simulated</h3>"
+        '<p class="caption">The signal with the largest ratio of gap to floor.</p>'
     )
 
 
@@ -394,9 +395,9 @@ def _runners_up(diagnosis: Diagnosis) -> str:
     caption = (
         "Misfit in noise floors, robust against single spikes, on fitted and on held-out "
         "stretches; best first"
-        + ("; in bold what is named." if diagnosis.causes else "; none was named.")
+        + ("; the named set in bold." if diagnosis.causes else "; none was named.")
     )
-    return _section("What else was tried", table(caption, head, rows))
+    return _section("Other candidates", table(caption, head, rows))
 
 
 def _candidate(diagnosis: Diagnosis, effects: tuple[str, ...]) -> str:
@@ -404,7 +405,7 @@ def _candidate(diagnosis: Diagnosis, effects: tuple[str, ...]) -> str:
     named = {one.effect for one in diagnosis.causes}
     if named and set(effects) == named:
         return f"<b>{text}</b>"
-    return f"{text} (contains what is named)" if contains(effects, named) else text
+    return f"{text} (contains the named causes)" if contains(effects, named) else text
 
 
 def _notes(diagnosis: Diagnosis) -> str:
@@ -436,6 +437,6 @@ def _held_out(diagnosis: Diagnosis) -> str:
     count = "1 stretch" if len(runs) == 1 else f"{len(runs)} stretches"
     return (
         f"{count} of {q.number(float(np.median(lengths)), 2)} s, spread over the recording, "
-        f"{q.whole_percent(share)} of its samples; no parameter was fitted to them, and what is "
-        "said of the gap holds there"
+        f"{q.whole_percent(share)} of its samples; no parameter was fitted to them, and the "
+        "gap and its shrink are measured there"
     )

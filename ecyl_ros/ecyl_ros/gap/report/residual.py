@@ -1,4 +1,4 @@
-"""What is left, recorded less simulated, of one signal: over time, position, speed, frequency."""
+"""The residual, recorded minus simulated, of one signal: over time, position, speed, frequency."""
 
 from __future__ import annotations
 
@@ -102,7 +102,7 @@ def figures(diagnosis: Diagnosis) -> str:
 
 
 def _label(left: Residual, unit: str) -> str:
-    return typeset_label(f"difference in {words.signal(left.name)}", unit)
+    return typeset_label(f"residual of {words.signal(left.name)}", unit)
 
 
 def _over_time(diagnosis: Diagnosis, left: Residual, both: bool) -> str:
@@ -113,7 +113,7 @@ def _over_time(diagnosis: Diagnosis, left: Residual, both: bool) -> str:
     chart = Chart(
         Axis(float(left.time_s[0]), float(left.time_s[-1]), "time / s"),
         Axis.around(_label(left, unit), room),
-        f"Difference in {words.signal(left.name)} over time, before"
+        f"Residual of {words.signal(left.name)} over time, before"
         f"{' and after' if both else ''}; held-out stretches shaded",
     )
     for one in stretches(diagnosis.series.held_out):
@@ -138,7 +138,7 @@ def _over(left: Residual, over: FloatArray, unit: str, name: str, both: bool) ->
     chart = Chart(
         Axis.around(typeset_label(name, across_unit), places, margin=0.01),
         Axis.around(_label(left, shown), known * factor),
-        f"Difference in {words.signal(left.name)} over {name}: median and 90 % band",
+        f"Residual of {words.signal(left.name)} over {name}: median and 90 % band",
     )
     for kind, middles, spread in spreads:
         chart.band(middles * across, spread[0] * factor, spread[2] * factor, kind)
@@ -187,14 +187,14 @@ def _spectrum(left: Residual, both: bool) -> str:
         Axis(
             0.5 * low * factor,
             2.0 * top * factor,
-            typeset_label(f"difference in {words.signal(left.name)}", f"({unit}/√Hz)"),
+            typeset_label(f"residual of {words.signal(left.name)}", f"({unit}/√Hz)"),
             logarithmic=True,
         ),
-        f"Spectrum of the difference in {words.signal(left.name)} against the noise floor",
+        f"Spectrum of the residual of {words.signal(left.name)} against the noise floor",
     )
     chart.level(floor * factor, "floor")
     for kind, height in (("before", before), ("after", after)):
         if kind == "before" or both:
             x, y = _thinned(frequency, height * factor)
             chart.curve(x, y, f"{kind} thin")
-    return figure(str(chart), typeset("Spectrum. Dashed: the floor, were its noise white."))
+    return figure(str(chart), typeset("Spectrum. Dashed: the floor if its noise were white."))

@@ -49,7 +49,7 @@ def write_scrub(diagnosis: Diagnosis, path: str | Path) -> None:
 
     Topics, all below `/ecyl/diagnosis`: `SIGNAL/recorded`, `SIGNAL/before` and `SIGNAL/after`
     (simulated with the nominal model, and with the causes), `SIGNAL/residual_before` and
-    `SIGNAL/residual_after` (recorded less simulated), in SI units; `reference`; `misfit/before`
+    `SIGNAL/residual_after` (recorded minus simulated), in SI units; `reference`; `misfit/before`
     and `misfit/after`, the RMS of all residuals over their noise floors within 0.1 s; `held_out`,
     whether a sample was kept from the fit; `events`, a log of where the gap is largest and what
     was not judged; `summary`, verdict and causes.
@@ -130,9 +130,9 @@ def _events(
     yield int(stamps[0]), _INFO, sentence(diagnosis)
     edges = np.flatnonzero(np.diff(series.usable.astype(np.int8))) + 1
     if not series.usable[0]:
-        yield int(stamps[0]), _INFO, "not judged from here: the replay settles"
+        yield int(stamps[0]), _INFO, "not judged from here: the replay is settling"
     for edge in edges.tolist():
-        text = "judged from here" if series.usable[edge] else "not judged from here: samples lack"
+        text = "judged from here" if series.usable[edge] else "not judged from here: no samples"
         yield int(stamps[edge]), _INFO, text
     misfit = curves[f"{MISFIT}/before"]
     window = np.floor(series.time_s / WINDOW_S).astype(np.int64)

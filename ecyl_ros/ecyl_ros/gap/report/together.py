@@ -25,7 +25,7 @@ def _unseen(diagnosis: Diagnosis) -> str:
     names = {one.source: one.name for one in diagnosis.recordings}
     others = words.listed([names[one] for one in found.named_on])
     last, share = names[found.source], q.percent(found.shrink)
-    off = f"removes {share} of the gap on {last}, which no fit included"
+    off = f"removes {share} of the gap on {last}, which was held out"
     if found.verdict == "within_sheet" and not diagnosis.causes:
         return f"As found on {others} alone, the sheet {off}."
     named = [one.effect for one in diagnosis.causes]

@@ -87,8 +87,9 @@ def _no_gap(diagnosis: Diagnosis) -> str:
     if built_up is None or built_up.gap <= NO_GAP_RATIO * built_up.floor:
         return text
     return (
-        f"{text} Replayed, what is left of it builds up: the {words.signal(built_up.name)} comes "
-        f"to {q.times(built_up.gap, built_up.floor)} times its own floor."
+        f"{text} In the replay the remaining error builds up: the "
+        f"{words.signal(built_up.name)} reaches {q.times(built_up.gap, built_up.floor)} times "
+        "its own floor."
     )
 
 
@@ -97,7 +98,7 @@ def _within_sheet(diagnosis: Diagnosis) -> str:
     text = (
         "No cause is needed: the gap is what the tolerances of the data sheet allow. With its "
         f"constants as found, {'all' if share == '100 %' else share} of the gap is gone on "
-        "stretches that no parameter was fitted to."
+        "held-out data."
     )
     seen = [one for one in diagnosis.sheet if one.seen and one.stated]
     if seen:
@@ -142,8 +143,8 @@ def _adding(diagnosis: Diagnosis) -> str:
     what = "it" if len(diagnosis.causes) == 1 else "them"
     share = q.percent(diagnosis.shrink)
     text = (
-        f"Adding {what} removes {'all' if share == '100 %' else share} of the gap on stretches "
-        "that no parameter was fitted to"
+        f"Adding {what} removes {'all' if share == '100 %' else share} of the gap on "
+        "held-out data"
     )
     before, best = diagnosis.misfit_before, diagnosis.misfit_best
     if before > diagnosis.misfit_after > _MORE * best > 0.0:
@@ -171,9 +172,9 @@ def _sureness(diagnosis: Diagnosis) -> str:
 def _explained(diagnosis: Diagnosis) -> str:
     near = diagnosis.after <= _NOISE * diagnosis.floor
     left = (
-        f"what is left is {diagnosis.floor_is}"
+        f"the residual is {diagnosis.floor_is}"
         if near
-        else f"what is left is {_over_floor(diagnosis, diagnosis.after)} times "
+        else f"the residual is {_over_floor(diagnosis, diagnosis.after)} times "
         f"{'the ' if diagnosis.floor_is == _NOISE_NAME else ''}{diagnosis.floor_is}"
     )
     return (
@@ -219,8 +220,8 @@ def _unexplained(diagnosis: Diagnosis) -> str:
     if best is not None:
         closest = words.listed([words.with_article(one) for one in best.effects])
         text += (
-            f" The closest that was tried, alone or in sets, is {closest}: "
-            f"it leaves a misfit of {q.number(best.judged)} noise floors of "
-            f"{q.number(diagnosis.misfit_before)}, and is too unlike to be named."
+            f" The closest candidate is {closest}: "
+            f"it leaves a misfit of {q.number(best.judged)} noise floors "
+            f"({q.number(diagnosis.misfit_before)} without it), too much to be named."
         )
     return text

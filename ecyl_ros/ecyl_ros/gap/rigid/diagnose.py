@@ -87,8 +87,8 @@ def judged(
     if lower is not None:
         motion = lower
         said.append(
-            f"weighed down above {lower.weight_hz:.3g} Hz: in lower bands the inertia is another, "
-            "as where parts are not rigid, or the position's noise is not white"
+            f"less weight above {lower.weight_hz:.3g} Hz: in lower bands the inertia differs, "
+            "as if parts are not rigid, or the position's noise is not white"
         )
         judgement = competed()
     while more := unbelieved(judgement) - held:

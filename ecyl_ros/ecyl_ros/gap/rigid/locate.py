@@ -61,14 +61,14 @@ def by_port(
     """
     motion = balance.motion
     side = "load" if along.machine.linear else "motor_mechanical"
-    what = "effort less what the motion needs"
+    what = "effort minus what the motion needs"
     found = [PortCheck(side, what, motion.effort_unit, before, floor)]
     both = np.isfinite(motion.other_effort)
     if both.any():
         other = np.interp(motion.time_s, motion.time_s[both], motion.other_effort[both])
         left = motion.filtered(motion.effort - other)[balance.usable]
         white = max(effort_noise(balance.motion), 1e-3 * spread)
-        what = "recorded effort against what the loop asks for"
+        what = "recorded effort against the command of the loop"
         rms = float(np.sqrt(np.mean(left**2)))
         found.insert(0, PortCheck("controller", what, motion.effort_unit, rms, white))
     return tuple(found)

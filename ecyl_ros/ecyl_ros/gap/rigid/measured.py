@@ -133,7 +133,7 @@ def relative_error(balance: Balance, left: FloatArray, rows: BoolArray) -> Measu
     size = float(np.sqrt(np.mean(balance.effort[rows] ** 2)))
     share = float(np.sqrt(np.mean(left**2))) / size
     name = balance.motion.effort_name
-    text = f"RMS of what is left over RMS of the {name}, over the whole run"
+    text = f"RMS of the residual over RMS of the {name}, over the whole run"
     return Measured(f"relative_{name}_error", "1", share, share, share, text)
 
 
@@ -208,7 +208,7 @@ def costs(motion: Motion, along: Along, mode: float | None) -> list[str]:
     side = "load" if machine.linear else "rotor"
     notes: list[str] = []
     general = [
-        f"a rigid drive has one inertia: motor and load cannot be told apart, friction is "
+        f"a rigid drive has one inertia: motor and load cannot be separated, friction is "
         f"named on the {side}; backlash, stiffness and electrical effects are not judged",
         f"compared up to {motion.bandwidth_hz:.3g} Hz (zero-phase), "
         f"{motion.rate_hz / motion.step:.3g} samples per second; faster effects are not seen",

@@ -216,7 +216,7 @@ def motion_of(
             stood = float(steps[standing].sum() / max(steps[usable].sum(), 1e-300))
             usable &= ~standing
             notes.append(
-                f"the effort stands still for {standing.sum() / rate:.3g} s while the output "
+                f"the effort is constant for {standing.sum() / rate:.3g} s while the output "
                 "moves: nothing was measured, or something else drives; left out"
             )
     jumps = jumped(position, usable)

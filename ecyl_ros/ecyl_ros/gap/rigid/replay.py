@@ -240,14 +240,15 @@ class _Replayer:
         if self.mode == "speed":
             return (
                 f"{judged}; the other signals are of a replay of the reference speed in closed "
-                f"loop, {anew}, for a speed loop lets the position drift",
+                f"loop, {anew}, because a speed loop lets the position drift",
             )
         why = "no controller in the drive file"
         if self.machine.loop_known:
             why = "no reference was recorded that the loop could follow"
         return (
             f"{judged}; {why}: position and speed are of a replay from the measured {effort}, "
-            f"{anew}, for a position from {effort} alone drifts; they show what builds up within",
+            f"{anew}, because a position from {effort} alone drifts; they show what builds up "
+            "within",
         )
 
 

@@ -31,8 +31,8 @@ def borne_out(ruling: Ruling, terms: Sequence[Term], model: Model) -> tuple[Ruli
         return ruling, ""
     titles = ", ".join(dict.fromkeys(one.title for one in ruling.causes))
     return _without_causes(ruling), (
-        "closest in the catalogue, but of so light an output no less of the acceleration is left "
-        f"unexplained: {titles}"
+        "closest in the catalogue, but with so light an output the unexplained acceleration is no "
+        f"smaller: {titles}"
     )
 
 
@@ -62,7 +62,7 @@ def refuted(ruling: Ruling, played: Replay, *, over_time: bool) -> tuple[Ruling,
     titles = ", ".join(dict.fromkeys(one.title for one in ruling.causes))
     names = " and ".join(one.name.replace("_", " ") for one in off)
     return _without_causes(ruling), (
-        f"closest in the catalogue, but replayed with it the {names} comes out more than "
+        f"closest in the catalogue, but in the replay with it the {names} is more than "
         f"{_FAR:g} times as far off as without: {titles}"
     )
 
@@ -81,5 +81,5 @@ def heard(ruling: Ruling, played: Replay, *, over_time: bool) -> tuple[Ruling, s
     if not worse:
         return ruling, ""
     names = " and ".join(one.name.replace("_", " ") for one in worse)
-    note = f"replayed with what is named, the {names} comes out further off than without"
+    note = f"in the replay with the named causes the {names} is further off than without"
     return dataclasses.replace(ruling, verdict="partly_explained"), note

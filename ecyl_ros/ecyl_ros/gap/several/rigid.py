@@ -267,7 +267,7 @@ def _unseen(
             others, of_all.machine, without, ", ".join(sources[:-1]), tell, known=noise
         )
     except InputError as problem:
-        return None, f"the last recording is not held against the others alone: {problem}"
+        return None, f"the last recording is not tested with the others alone: {problem}"
     ruling: Ruling = judgement.rule()
     unit = float(motion.noise[last])
     final = _in_own_phase(judgement, ruling.final, rows)

@@ -1,1 +1,1 @@
-"""The closer twin: a drive file with what was found."""
+"""The twin: a drive file with what was found."""

@@ -1,4 +1,4 @@
-"""The closer twin: the user's drive file with the constants that were found, and the causes.
+"""The twin: the user's drive file with the constants that were found, and the causes.
 
 The file's text is kept, comments and order included: found constants take the place of the nominal
 ones, causes are put in under `effects`; an inertia that the file of a rigid drive left out goes
@@ -95,7 +95,7 @@ def _full(diagnosis: Diagnosis, nominal: DriveParameters) -> _Twin:
     notes = _remarks(diagnosis)
     if lead is not None:
         effects["lead_error"] = {"lead_m": lead}
-        notes["lead_error"] = "within its tolerance; the controller goes on believing the sheet"
+        notes["lead_error"] = "within its tolerance; the controller still uses the sheet"
     law = nominal.learned if diagnosis.law is None else rounded(diagnosis.law.law, _digits)
     wanted = _added(replace(with_constants(nominal, constants), learned=law), effects)
     entries: dict[str, Mapping[str, Any]] = dict(effects)
