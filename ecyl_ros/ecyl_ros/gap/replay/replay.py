@@ -124,8 +124,8 @@ class Replay:
         # Voltage noise that the cascade makes of noise in what it measures.
         self.proportional_noise_v = max(stated["voltage_q"], 1e-12)
         self._lay_grid()
-        # A drive that shows no i_d holds it at 0 by a loop; the plant's decoupling alone leaves some
-        # where a delay comes before it.
+        # A drive that shows no i_d holds it at 0 by a loop; the plant's decoupling alone leaves
+        # some where a delay comes before it.
         self._holds_i_d = not np.nan_to_num(recording.current_d_a).any()
         self._lay_reference()
         self.floor = np.array([max(stated[one.name], 1e-30) for one in self.signals])
