@@ -161,9 +161,7 @@ def _check_numbers(options: argparse.Namespace) -> None:
         if value is not None and not (math.isfinite(value) and value > 0.0):
             raise InputError(f"--{flag.replace('_', '-')} = {value:g}, expected more than 0")
     if options.realtime and options.emulate is None:
-        raise InputError(
-            "--realtime: only with --emulate; a running drive keeps its own time"
-        )
+        raise InputError("--realtime: only with --emulate; a running drive keeps its own time")
     if options.out.exists() and (not options.out.is_dir() or any(options.out.iterdir())):
         raise InputError(f"--out {options.out}: exists; expected a new folder")
 

@@ -44,9 +44,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="DIAGNOSIS.json",
         help="separate what this diagnosis left open",
     )
-    what.add_argument(
-        "--between", metavar="A,B", help="separate these effects, every pair of them"
-    )
+    what.add_argument("--between", metavar="A,B", help="separate these effects, every pair of them")
     what.add_argument(
         "--all", action="store_true", help="lower the detection limit of every effect"
     )

@@ -28,11 +28,7 @@ EFFECT = Effect(
     summary="The controller's current stops at a value below the nominal limit: flat tops, and the "
     "drive falls behind while it lasts.",
     excitation="motion that needs more current than the limit",
-    parameters=(
-        Quantity(
-            name="current_a", unit="A", low=1e-3, high=1e5, meaning="true limit"
-        ),
-    ),
+    parameters=(Quantity(name="current_a", unit="A", low=1e-3, high=1e5, meaning="true limit"),),
     starts=starts,
     modify=modify,
     sized=(),

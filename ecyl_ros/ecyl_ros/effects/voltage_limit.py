@@ -32,11 +32,7 @@ EFFECT = Effect(
     summary="The controller's voltage stops at a value below the nominal limit: flat tops, and the "
     "drive falls behind while it lasts.",
     excitation="motion that needs more voltage than the limit",
-    parameters=(
-        Quantity(
-            name="voltage_v", unit="V", low=1e-3, high=1e5, meaning="true limit"
-        ),
-    ),
+    parameters=(Quantity(name="voltage_v", unit="V", low=1e-3, high=1e5, meaning="true limit"),),
     starts=starts,
     modify=modify,
     sized=(),

@@ -143,8 +143,7 @@ def _adding(diagnosis: Diagnosis) -> str:
     what = "it" if len(diagnosis.causes) == 1 else "them"
     share = q.percent(diagnosis.shrink)
     text = (
-        f"Adding {what} removes {'all' if share == '100 %' else share} of the gap on "
-        "held-out data"
+        f"Adding {what} removes {'all' if share == '100 %' else share} of the gap on held-out data"
     )
     before, best = diagnosis.misfit_before, diagnosis.misfit_best
     if before > diagnosis.misfit_after > _MORE * best > 0.0:
