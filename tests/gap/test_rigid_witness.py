@@ -41,7 +41,7 @@ def test_a_lighter_output_that_leaves_as_much_acceleration_is_none(monkeypatch) 
     monkeypatch.setattr(Judgement, "rule", swung)
     result = diagnose(_light(0.1), ROTARY)
     assert result.verdict in ("unexplained", "described") and not result.causes
-    assert any("acceleration is left unexplained: wrong rotor" in note for note in result.notes)
+    assert any("unexplained acceleration is no smaller: wrong rotor" in note for note in result.notes)
 
 
 @pytest.mark.parametrize(
