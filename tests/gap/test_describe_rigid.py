@@ -64,7 +64,7 @@ def test_a_resistance_at_one_place_is_a_law_of_position() -> None:
     assert near is not None and near.curve is not None and near.misfit > 5.0 * near.law_misfit
     assert law.law.at[0][0] <= near.curve[0].min() and near.curve[0].max() <= law.law.at[0][-1]
     assert np.abs(near.curve[1]).max() < 4.0
-    assert "the nearest that has a name, would give there" in report_html(diagnosis)
+    assert "the nearest named effect, would give there" in report_html(diagnosis)
     # Position and speed are replayed with it.
     assert [one.name for one in diagnosis.signals] == ["force", "position", "speed"]
     assert all(one.after < 0.3 * one.gap for one in diagnosis.signals)

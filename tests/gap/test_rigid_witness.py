@@ -41,7 +41,8 @@ def test_a_lighter_output_that_leaves_as_much_acceleration_is_none(monkeypatch) 
     monkeypatch.setattr(Judgement, "rule", swung)
     result = diagnose(_light(0.1), ROTARY)
     assert result.verdict in ("unexplained", "described") and not result.causes
-    assert any("acceleration is left unexplained: wrong rotor" in note for note in result.notes)
+    said = "unexplained acceleration is no smaller: wrong rotor"
+    assert any(said in note for note in result.notes)
 
 
 @pytest.mark.parametrize(
@@ -61,7 +62,7 @@ def test_a_replay_that_gets_worse_lowers_the_verdict(monkeypatch, position, spee
     )
     monkeypatch.setattr(assemble, "replay", lambda judgement, ruling: Replay(signals=signals))
     result = diagnose(_light(0.5), ROTARY)
-    noted = any(note.startswith("replayed with") for note in result.notes)
+    noted = any(note.startswith("in the replay with") for note in result.notes)
     assert result.verdict == verdict and result.causes
     assert noted == (verdict != "explained")
 
