@@ -145,7 +145,7 @@ def _drawn(seed: int, name: str, nominal: DriveParameters, sheet: float) -> Driv
 
 
 def _scale(drive: DriveParameters) -> Scale:
-    """Peaks of the sound drive on the first motion."""
+    """Peaks of the healthy drive on the first motion."""
     motion, _ = survey(drive, 8.0)
     rate = drive.sample_rate
     run = simulate(drive, lambda index: motion.sample(index / rate), 8.0)

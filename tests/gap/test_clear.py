@@ -1,4 +1,4 @@
-"""What is not clear of a sound machine is no cause."""
+"""What is not clear of a healthy machine is no cause."""
 
 from __future__ import annotations
 

@@ -103,7 +103,7 @@ def test_an_output_that_turns_has_a_law_of_its_angle() -> None:
 
 @pytest.mark.parametrize("seed", range(3))
 def test_an_effort_that_wanders_is_no_law(seed: int) -> None:
-    """What depends on nothing that was recorded is not described, and a sound drive neither."""
+    """What depends on nothing that was recorded is not described, and a healthy drive neither."""
     course = np.random.default_rng(seed).normal(size=21)
     wandering = found(lambda m: 5.0 * np.interp(m.t, np.arange(21.0), course))
     assert wandering.verdict != "described"

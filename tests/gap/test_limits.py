@@ -45,7 +45,7 @@ def _fitter(recording: Recording, drive: DriveParameters) -> Fitter:
 
 @pytest.fixture(scope="module")
 def sound() -> tuple[DriveParameters, Fitter]:
-    """A sound drive of exact constants, recorded."""
+    """A healthy drive of exact constants, recorded."""
     drive = exact("bench")
     return drive, _fitter(_recorded(drive), drive)
 
@@ -86,7 +86,7 @@ def test_the_rise_is_that_of_drawn_noise() -> None:
 
 
 def test_a_rigid_drive_shows_friction_of_the_stated_size() -> None:
-    """Friction twice the stated size is no sound machine; a fifth of it is."""
+    """Friction twice the stated size is no healthy machine; a fifth of it is."""
     way = motion(0.05)
 
     def diagnosed(friction: float):
@@ -101,7 +101,7 @@ def test_a_rigid_drive_shows_friction_of_the_stated_size() -> None:
 
 
 def test_limits_are_part_of_the_diagnosis(sound) -> None:
-    """The JSON of a sound drive states a size for every effect of one; all are positive."""
+    """The JSON of a healthy drive states a size for every effect of one; all are positive."""
     drive, fitter = sound
     said = diagnose(fitter.replay.recording, drive).as_json()
     sizes = {one["effect"]: one["smallest_seen"] for one in said["limits"]}

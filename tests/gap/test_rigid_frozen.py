@@ -46,7 +46,7 @@ def test_a_drive_at_rest_is_not_frozen() -> None:
 
 
 def test_a_frozen_logger_makes_no_gap() -> None:
-    """Half a second frozen in full motion: no gap with a sound machine, and a note on it."""
+    """Half a second frozen in full motion: no gap with a healthy machine, and a note on it."""
     recording = _frozen(recorded(M, 20.0 * M.a, LINEAR, 0.3, 1e-6), [(9000, 9500)])
     result = diagnose(recording, LINEAR)
     assert result.verdict == "no_gap"

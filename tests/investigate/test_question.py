@@ -139,7 +139,7 @@ def test_the_loop_ends_with_its_budget_and_with_a_drive_that_was_stopped(
 def test_a_planned_motion_too_near_the_limits_is_not_played(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The sound drive would take more than four fifths of its current: the loop ends, and why."""
+    """The healthy drive would take more than four fifths of its current: the loop ends, and why."""
     close = Sound(1e-3, 0.9 * DRIVE.controller.current_limit, 10.0)
     monkeypatch.setattr(loop, "Sound", SimpleNamespace(on=lambda *_: close))
     story, lengths, _ = _investigated(tmp_path, monkeypatch, [OPEN])

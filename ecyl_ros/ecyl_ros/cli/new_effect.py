@@ -66,6 +66,6 @@ def run(options: argparse.Namespace) -> int:
     for path in written:
         print(f"written   {path}")
     print(
-        "fill in   title, summary and excitation; docs/effects.md, \"A new effect\", makes its page"
+        'fill in   title, summary and excitation; docs/effects.md, "A new effect", makes its page'
     )
     return 0

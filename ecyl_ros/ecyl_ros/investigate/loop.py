@@ -144,7 +144,7 @@ class Investigation:
         excess = sound.excess(self._drive)
         if excess is not None:
             raise InputError(
-                f"limits: on the planned motion the sound drive takes {excess}; expected lower "
+                f"limits: on the planned motion the healthy drive takes {excess}; expected lower "
                 "limits.speed or limits.acceleration"
             )
         return plan.motion, sound, plan

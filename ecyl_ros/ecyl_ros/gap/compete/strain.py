@@ -74,7 +74,7 @@ def strains(fit: Fit, fitter: Fitter) -> list[Strain]:
 def most_strained(fit: Fit, fitter: Fitter) -> Strain | None:
     """The constant that lies furthest beyond its sheet, of those that effects stand for.
 
-    None where all may be those of a sound machine.
+    None where all may be those of a healthy machine.
     """
     found = next((one for one in strains(fit, fitter) if effect_of(one.row, fitter)), None)
     return found if found is not None and found.saved > STRAINED else None

@@ -147,7 +147,7 @@ class Fitter:
         return Hidden(self.replay)
 
     def sound_with(self, fit: Fit) -> float:
-        """Robust misfit of a sound machine with a fit's effects, no less than `perfect_with`.
+        """Robust misfit of a healthy machine with a fit's effects, no less than `perfect_with`.
 
         Its constants are off by what the nominal replay does not show; looked for only where the
         fit leaves more than a perfect model.
@@ -168,7 +168,7 @@ class Fitter:
         return self.hidden.left_with(fit.values, self.sheet.constants(fit.pulls))
 
     def noise_with(self, fit: Fit) -> FloatArray:
-        """RMS of what a sound machine leaves of each signal on the held-out stretches, in floors.
+        """RMS of what a healthy machine leaves of each signal on the held-out stretches, in floors.
 
         float64[signals]: 1, but where a fit's effects make clearly more of the noise, or of
         differences that the nominal replay does not show.

@@ -1,4 +1,4 @@
-"""Causes that are not clear of what a sound machine may have, and hence none.
+"""Causes that are not clear of what a healthy machine may have, and hence none.
 
 The 95 % interval of a cause must be clear of the value at which it vanishes; where it gives a
 constant another value, clear of the tolerance about it. Nor may it stand at the bound of its fit,

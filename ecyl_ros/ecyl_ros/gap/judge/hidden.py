@@ -1,7 +1,7 @@
 """Causes that would not show by themselves, beside one that makes much of what does not show.
 
 A loop at the edge of stability, or a load that rattles, makes floors of differences that every
-sound machine has. A second effect that takes these up, but is itself below what the floor of the
+healthy machine has. A second effect that takes these up, but is itself below what the floor of the
 nominal replay hides, is one of them.
 """
 
@@ -18,7 +18,7 @@ from .constancy import without_effects
 def without_hidden(competition: Competition, fitter: Fitter) -> tuple[Competition, list[str]]:
     """The competition without causes that the floor hides, and what to say of them.
 
-    They stay where what is left without them is more than a sound machine leaves.
+    They stay where what is left without them is more than a healthy machine leaves.
     """
     winner = competition.winner
     if len(winner.names) < 2:

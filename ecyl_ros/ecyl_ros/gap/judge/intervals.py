@@ -90,7 +90,7 @@ def _form(effect: str) -> float:
 def _left_open(effect: str, sheet: Sheet) -> float:
     """Tolerance of the constant that an effect comes on top of, 0 where it is the constant itself.
 
-    A sound machine may have so much more or less of it; what the effect adds is not known better.
+    A healthy machine may have so much more or less of it; what the effect adds is not known better.
     """
     row = sheet.index(CATALOGUE[effect].constant)
     return float(sheet.tolerance[row]) if row is not None and CATALOGUE[effect].on_top else 0.0

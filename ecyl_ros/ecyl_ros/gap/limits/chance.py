@@ -1,4 +1,4 @@
-"""How likely a fault of a size is seen: the competition's own tests, on drawn sound machines.
+"""How likely a fault of a size is seen: the competition's own tests, on drawn healthy machines.
 
 A recording shows a fault where neither noise nor the sheet accounts for it: the nominal model does
 not stand at the floor, and no constants within their tolerances bring it there (`verdict.at_floor`,

@@ -21,7 +21,7 @@ from ..side_by_side import side_by_side
 from .probes import Probe, Values, rows_of
 
 _ROWS = 3000  # of each signal at the most: more say no more of a ratio
-_PULL = 0.5  # tolerances: as far as a sound machine's constant usually lies off
+_PULL = 0.5  # tolerances: as far as a healthy machine's constant usually lies off
 _STEP = 0.05  # of a found parameter, in its coordinate
 
 

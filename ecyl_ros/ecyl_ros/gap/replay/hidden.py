@@ -1,4 +1,4 @@
-"""What a noise floor hides: a model can be no truer than the recording of a sound machine shows.
+"""What a noise floor hides: a model can be no truer than the recording of a healthy machine shows.
 
 Constants that are off by so little that the nominal replay stays at its floor do not show. Where an
 effect brings a loop to the edge of stability, or makes the load rattle in its clearance, the same
@@ -54,7 +54,7 @@ class Hidden:
 
     @cached_property
     def _draws(self) -> tuple[dict[str, float], ...]:
-        """Shares that the constants of sound machines are off by, together just hidden."""
+        """Shares that the constants of healthy machines are off by, together just hidden."""
         sizes = {}
         for key in self._nominal:
             shown = self._shown({}, {key: _PROBE})

@@ -20,7 +20,7 @@ _OTHER = 0.5  # of its amplitude, that it may be another in a part of the time
 _SURE = 3.0  # standard errors that it has to be another by
 _EXPLAINS = 0.5  # of the effort's RMS: a model that leaves more has hardly any of it
 SHEET = "within the tolerance of the data sheet"
-SILENT = (SAMPLING, SHEET)  # what every sound machine, and every recording, may show
+SILENT = (SAMPLING, SHEET)  # what every healthy machine, and every recording, may show
 
 
 def why_not(
