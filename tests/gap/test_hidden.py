@@ -1,4 +1,4 @@
-"""What a noise floor hides is no evidence: healthy machines with a loop at the edge of stability."""
+"""What a noise floor hides is no evidence: healthy machines whose loop is nearly unstable."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 """Constants that would be off by less than a data sheet knows them: traces beside a true cause.
 
-Each constant of a healthy machine is off by some tenths of a percent. Where a fault brings the drive
+Each constant of a healthy machine is off by tenths of a percent. Where a fault brings the drive
 near an edge (a delay makes it ring), the replay becomes so sensitive that such a trace shows, and
 would earn its place. A screw's lead is known far better and is exempt.
 """
