@@ -8,6 +8,7 @@ import math
 import threading
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -124,9 +125,6 @@ class Replay:
         # Voltage noise that the cascade makes of noise in what it measures.
         self.proportional_noise_v = max(stated["voltage_q"], 1e-12)
         self._lay_grid()
-        # A drive that shows no i_d holds it at 0 by a loop; the plant's decoupling alone leaves
-        # some where a delay comes before it.
-        self._holds_i_d = not np.nan_to_num(recording.current_d_a).any()
         self._lay_reference()
         self.floor = np.array([max(stated[one.name], 1e-30) for one in self.signals])
         # How much of the stated noise goes round the loop; all of it unless the command says less.
@@ -319,6 +317,14 @@ class Replay:
         grid = np.arange(len(columns)) * self._grid_step
         values: FloatArray = CubicSpline(grid, columns)(self.time_s).T
         return values
+
+    @cached_property
+    def _holds_i_d(self) -> bool:
+        """Whether the drive shows no i_d: it holds it at 0 by a loop.
+
+        The plant's decoupling alone leaves some where a delay comes before it.
+        """
+        return not np.nan_to_num(self.recording.current_d_a).any()
 
     def packed(self, effects: Effects, drive: DriveParameters | None = None) -> NDArray[np.void]:
         """The packed record of the drive with `effects` added to those of the drive file.
