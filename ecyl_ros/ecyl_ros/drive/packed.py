@@ -207,7 +207,7 @@ def pack(
         gains = getattr(controller, loop)
         values[f"{loop}_kp"] = gains.kp
         # Equation (6) is the series form Kp Ki / s + Kp; the parallel form is kp + ki / s.
-        values[f"{loop}_ki"] = gains.kp * gains.ki if controller.form == "series" else gains.ki
+        values[f"{loop}_ki"] = gains.parallel_ki(controller.form)
     position = controller.position
     values["position_kd"] = position.kd * (position.kp if controller.form == "series" else 1.0)
     for name, value in values.items():

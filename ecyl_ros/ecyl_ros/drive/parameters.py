@@ -78,6 +78,10 @@ class Gains:
     kp: float = _quantity("loop unit", 0.0, 1e6, "proportional gain")
     ki: float = _quantity("loop unit/s", 0.0, 1e9, "integral gain", 0.0)
 
+    def parallel_ki(self, form: str) -> float:
+        """The integral gain of the parallel form, for gains that are given in `form`."""
+        return self.kp * self.ki if form == "series" else self.ki
+
 
 @dataclass(frozen=True, kw_only=True)
 class PositionGains(Gains):

@@ -206,7 +206,6 @@ class _Ping:
 def main(argv: Sequence[str] | None = None) -> int:
     """`ros2 run ecyl_ros round_trip [D.yaml]`: print what this machine holds; 2 if D needs more."""
     from ..drive.drive_file import load_drive, resolve_drive, with_rate
-    from .realtime import with_transport_delay
 
     parser = argparse.ArgumentParser(prog="round_trip", description=main.__doc__)
     parser.add_argument("drive", nargs="?", metavar="D.yaml", help="drive file, or a profile")
@@ -217,13 +216,11 @@ def main(argv: Sequence[str] | None = None) -> int:
         path = None if options.drive is None else resolve_drive(options.drive)
         drive = None
         if path is not None:
-            drive = with_transport_delay(
-                with_rate(load_drive(path), options.rate, f"{path} with --rate")
-            )
-        rate = drive.controller.rate if drive is not None else options.rate or DEFAULT_RATE
-        trip = measure(rate, together=options.in_process)
-        if drive is not None:
-            check_real_time(drive, str(path), trip)
+            drive = with_rate(load_drive(path), options.rate, f"{path} with --rate")
+        if drive is None:
+            trip = measure(options.rate or DEFAULT_RATE, together=options.in_process)
+        else:
+            trip = require_real_time(drive, str(path), together=options.in_process)
     except InputError as error:
         print(f"ecyl: {error}", file=sys.stderr)
         return 2

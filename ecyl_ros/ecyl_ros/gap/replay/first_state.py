@@ -70,7 +70,7 @@ def _answered(
         return False
     controller = drive.controller
     gains = controller.current
-    integral = gains.ki * (gains.kp if controller.form == "series" else 1.0) / controller.rate
+    integral = gains.parallel_ki(controller.form) / controller.rate
     noise = 6.0 * max(floors.get("voltage_q", 0.0), gains.kp * floors.get("current_q", 0.0))
     answer = -gains.kp * current
     more = abs(integral * current) + noise

@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from ...drive.parameters import DriveParameters, Gains
+from ...drive.parameters import DriveParameters
 
 FloatArray = NDArray[np.float64]
 
@@ -34,9 +34,6 @@ def loop_integrals(
     controller = drive.controller
     series = controller.form == "series"
 
-    def parallel(gains: Gains) -> float:
-        return gains.kp * gains.ki if series else gains.ki
-
     measured = rod if controller.feedback == "rod" and not math.isnan(rod) else angle
     position = controller.position
     derivative = position.kd * (position.kp if series else 1.0) * (wanted_speed - speed)
@@ -44,13 +41,13 @@ def loop_integrals(
     integrals = np.zeros(3)
     if controller.structure == "position_to_current":
         if position.ki > 0.0:
-            integrals[0] = (current - asked) / parallel(position)
+            integrals[0] = (current - asked) / position.parallel_ki(controller.form)
     elif controller.speed.ki > 0.0:
         speed_wanted = asked + controller.velocity_feedforward * wanted_speed
         limit = controller.speed_limit
         speed_wanted = min(max(speed_wanted, -limit), limit)
         proportional = controller.speed.kp * (speed_wanted - speed)
-        integrals[1] = (current - proportional) / parallel(controller.speed)
+        integrals[1] = (current - proportional) / controller.speed.parallel_ki(controller.form)
     if controller.current.ki > 0.0:
-        integrals[2] = voltage / parallel(controller.current)
+        integrals[2] = voltage / controller.current.parallel_ki(controller.form)
     return integrals
