@@ -15,15 +15,16 @@ from ecyl_ros.drive.reference.planned import Planned
 from ecyl_ros.effects.catalogue import CATALOGUE
 from ecyl_ros.errors import InputError
 from ecyl_ros.investigate import loop
-from ecyl_ros.investigate.bounds import Bounds, Sample, Sound, bounds_for
+from ecyl_ros.investigate.bounds import Bounds, Sample, bounds_for
 from ecyl_ros.investigate.loop import Investigation, Settings
 from ecyl_ros.investigate.played import Played
 from ecyl_ros.investigate.question import question
 from ecyl_ros.investigate.survey import survey
+from ecyl_ros.plan.healthy import Healthy
 
 DRIVE = load_drive("servo_1khz")
 PAIR = ("load_coulomb_friction", "rotor_coulomb_friction")
-SOUND = Sound(0.01, 10.0, 50.0)
+HEALTHY = Healthy(0.01, 10.0, 50.0)
 
 
 def _diagnosis(verdict: str, **more: Any) -> dict[str, Any]:
@@ -140,8 +141,8 @@ def test_a_planned_motion_too_near_the_limits_is_not_played(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The healthy drive would take more than four fifths of its current: the loop ends, and why."""
-    close = Sound(1e-3, 0.9 * DRIVE.controller.current_limit, 10.0)
-    monkeypatch.setattr(loop, "Sound", SimpleNamespace(on=lambda *_: close))
+    close = Healthy(1e-3, 0.9 * DRIVE.controller.current_limit, 10.0)
+    monkeypatch.setattr(loop, "Healthy", SimpleNamespace(on=lambda *_: close))
     story, lengths, _ = _investigated(tmp_path, monkeypatch, [OPEN])
     assert (story.outcome, len(lengths)) == ("open", 1)
     assert "four fifths of controller.current_limit" in story.said
@@ -161,9 +162,9 @@ def test_recordings_that_do_not_go_together_end_the_loop_with_what_was_found(
 
 def test_every_bound_is_held_against_each_sample() -> None:
     """Stroke and speed of the reference, tracking error, current; a rod that is not measured."""
-    bounds = bounds_for(DRIVE, SOUND, None, None)
-    sound = Sample(0.0, 0.01, 0.1, 0.011, 5.0)
-    assert bounds.objection(sound) is None
+    bounds = bounds_for(DRIVE, HEALTHY, None, None)
+    healthy = Sample(0.0, 0.01, 0.1, 0.011, 5.0)
+    assert bounds.objection(healthy) is None
     for change, said in (
         ({"reference": 0.26}, "stroke"),
         ({"velocity": -0.6}, "m/s"),
@@ -171,22 +172,22 @@ def test_every_bound_is_held_against_each_sample() -> None:
         ({"rod": np.nan}, "tracking error"),
         ({"current": -58.0}, "current of 58 A, beyond 57 A"),
     ):
-        assert said in (bounds.objection(dataclasses.replace(sound, **change)) or ""), change
+        assert said in (bounds.objection(dataclasses.replace(healthy, **change)) or ""), change
 
 
-def test_bounds_that_the_sound_drive_would_not_keep_are_refused() -> None:
+def test_bounds_that_the_healthy_drive_would_not_keep_are_refused() -> None:
     """Before anything moves: the flag, its value and what the model comes to."""
     for error, current, said in ((5e-3, None, "--max-error = 0.005"), (None, 9.0, "--max-current")):
         with pytest.raises(InputError, match=said):
-            bounds_for(DRIVE, SOUND, error, current)
+            bounds_for(DRIVE, HEALTHY, error, current)
 
 
 def test_the_first_motion_keeps_the_limits_and_is_refused_where_there_are_none() -> None:
     """Within stroke, speed, acceleration; a drive too weak for any motion gets one clear line."""
-    motion, sound = survey(DRIVE, 4.0)
+    motion, healthy = survey(DRIVE, 4.0)
     motion.check(DRIVE.limits, "survey")
     assert motion.moving_s <= 4.0 and motion.sample(4.0)[0] == pytest.approx(0.0, abs=1e-9)
-    assert sound.excess(DRIVE) is None
+    assert healthy.excess(DRIVE) is None
     weak = dataclasses.replace(DRIVE.controller, current_limit=1e-3)
     with pytest.raises(InputError, match="no motion leaves the healthy drive room"):
         survey(dataclasses.replace(DRIVE, controller=weak), 2.0)

@@ -14,9 +14,10 @@ from ..drive.parameters import DriveParameters
 from ..drive.reference.planned import Planned
 from ..errors import InputError
 from ..gap.report import quantities as q
+from ..plan.healthy import Healthy
 from ..plan.make import BUDGET_S, Plan, make_plan
 from ..recording.atomic import write_text
-from .bounds import Bounds, Sound, bounds_for
+from .bounds import Bounds, bounds_for
 from .page import write_page
 from .played import Played
 from .question import HEALTHY, Question, question
@@ -87,9 +88,9 @@ class Investigation:
         while True:
             number = len(self.story.steps) + 1
             try:
-                motion, sound, plan = self._motion(asked)
+                motion, healthy, plan = self._motion(asked)
                 bounds = bounds_for(
-                    self._drive, sound, self._settings.error_m, self._settings.current_a
+                    self._drive, healthy, self._settings.error_m, self._settings.current_a
                 )
                 self._announce(number, asked, motion, plan)
                 step = self._played(number, asked, motion, plan, bounds)
@@ -123,7 +124,7 @@ class Investigation:
         """The story of an investigation that was stopped while nothing moved."""
         return self._close(ENDED, "stopped by Ctrl-C while the drive was at rest")
 
-    def _motion(self, asked: Question | None) -> tuple[Planned, Sound, Plan | None]:
+    def _motion(self, asked: Question | None) -> tuple[Planned, Healthy, Plan | None]:
         if asked is None:
             return *survey(self._drive, self._duration_s), None
         if asked.asked in self._asked:
@@ -140,14 +141,14 @@ class Investigation:
             budget_s=self._settings.plan_s,
             tell=self._progress("planning"),
         )
-        sound = Sound.on(self._drive, plan.motion, plan.motion.duration_s)
-        excess = sound.excess(self._drive)
+        healthy = Healthy.on(self._drive, plan.motion, plan.motion.duration_s)
+        excess = healthy.excess(self._drive)
         if excess is not None:
             raise InputError(
                 f"limits: on the planned motion the healthy drive takes {excess}; expected lower "
                 "limits.speed or limits.acceleration"
             )
-        return plan.motion, sound, plan
+        return plan.motion, healthy, plan
 
     def _announce(
         self, number: int, asked: Question | None, motion: Planned, plan: Plan | None

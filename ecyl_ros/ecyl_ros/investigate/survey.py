@@ -8,8 +8,8 @@ from ..drive.parameters import DriveParameters, LimitParameters
 from ..drive.reference.planned import Leg, Planned
 from ..errors import InputError
 from ..plan.blocks import Block, check_room, widest
+from ..plan.healthy import Healthy
 from ..plan.others import moves
-from .bounds import Sound
 
 _MOVES_SHARE = 0.5  # of the time: moves at the limits; the rest slow, small and tiny
 # Reach, of the widest that fits; speed and acceleration, of the limits; rest at the turns, s.
@@ -18,7 +18,7 @@ _LEAST_REACH = 10.0  # in the noise of position: so much of a motion has to be s
 _SOFTER, _TRIES = 0.7, 8
 
 
-def survey(drive: DriveParameters, duration_s: float) -> tuple[Planned, Sound]:
+def survey(drive: DriveParameters, duration_s: float) -> tuple[Planned, Healthy]:
     """Moves at the limits, then out and back slower and smaller; and what the healthy drive does.
 
     Where the healthy drive would come close to its limits of current or voltage, speed and
@@ -31,11 +31,11 @@ def survey(drive: DriveParameters, duration_s: float) -> tuple[Planned, Sound]:
     limits = drive.limits
     for _ in range(_TRIES):
         motion = _made(limits, duration_s)
-        sound = Sound.on(drive, motion, duration_s)
+        healthy = Healthy.on(drive, motion, duration_s)
         _check_seen(drive, motion)
-        excess = sound.excess(drive)
+        excess = healthy.excess(drive)
         if excess is None:
-            return motion, sound
+            return motion, healthy
         limits = dataclasses.replace(
             limits, speed=_SOFTER * limits.speed, acceleration=_SOFTER * limits.acceleration
         )

@@ -9,10 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from ..drive.engine import simulate
 from ..drive.parameters import DriveParameters
 from ..drive.reference.base import Reference
-from ..drive.telemetry import simulation_recording
 from ..errors import InputError
 from ..gap.fit.fit import Fitter
 from ..gap.limits.columns import Base
@@ -22,6 +20,7 @@ from ..gap.limits.pairs import separation
 from ..gap.replay.replay import SIGNALS, FloatArray, Replay
 from ..gap.replay.sensor_noise import declared_noise
 from ..gap.split import held_out
+from .healthy import healthy_run
 from .hypotheses import Hypothesis, Pair
 
 
@@ -57,9 +56,7 @@ def predicted(
     rows: of each signal that are looked at.
     """
     drive = experiment.drive
-    rate = drive.sample_rate
-    run = simulate(drive, lambda index: reference.sample(index / rate), duration_s)
-    recording = simulation_recording(run, drive)
+    recording = healthy_run(drive, reference, duration_s)
     gone: dict[str, Any] = {
         one.recorded: np.full(len(recording), np.nan)
         for one in SIGNALS
@@ -103,17 +100,6 @@ def visible(base: Base, names: Collection[str]) -> list[Limit]:
 
     _, seen = seen_by(base.fitter, base.fit, names, base)
     return [one.limit for one in least_visible(seen)]
-
-
-def peaks(base: Base) -> dict[str, float]:
-    """Largest current A and voltage V that the healthy drive takes."""
-    shown = base.fitter.replay.simulate({})
-    names = [one.name for one in base.fitter.replay.signals]
-    return {
-        name: float(np.max(np.abs(shown[names.index(name)])))
-        for name in ("current_q", "voltage_q")
-        if name in names
-    }
 
 
 def apart_from_sheet(base: Base, one: Hypothesis) -> float:

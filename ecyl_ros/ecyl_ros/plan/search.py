@@ -24,14 +24,14 @@ from ..gap.limits.columns import Base
 from ..gap.limits.loss import weights
 from ..gap.replay.replay import FloatArray
 from .blocks import Block, library
+from .healthy import Healthy, healthy_run
 from .hypotheses import Hypothesis, Pair
-from .predict import Experiment, peaks, predicted, response, separations
+from .predict import Experiment, predicted, response, separations
 
 SLOTS = 8  # blocks of a plan
 _ROWS = 12000  # of each signal of the long run
 _GENERATIONS, _POPULATION = 60, 8
 _FINE_GENERATIONS, _FINE_MEMBERS = 5, 12
-_MARGIN = 0.8  # of the limits of current and voltage that a healthy drive may take
 _SEED = 14
 _NOTHING = 1e-6
 # Times that a plan may hold one block: what it told after others it may not tell after itself (a
@@ -129,7 +129,8 @@ def _told(experiment: Experiment, hypotheses: Sequence[Hypothesis]) -> Blocks:
     for block in every:
         legs += block.legs(drive.limits, slot)
         ends.append(Planned(tuple(legs), 0.0).moving_s)
-    base = predicted(experiment, Planned(tuple(legs), ends[-1]), ends[-1], _ROWS)
+    row = Planned(tuple(legs), ends[-1])
+    base = predicted(experiment, row, ends[-1], _ROWS)
     columns, groups = [base.free], []
     at = len(base.free)
     for one in hypotheses:
@@ -140,10 +141,10 @@ def _told(experiment: Experiment, hypotheses: Sequence[Hypothesis]) -> Blocks:
     rows = np.concatenate(columns).reshape(at, base.signals, -1)
     times = base.fitter.replay.time_s[base.rows]
     kept, grams = [], []
-    sound = _within(base, every, ends)
-    for block, begin, end, fits in zip(every, ends[:-1], ends[1:], sound, strict=True):
+    run = healthy_run(drive, row, ends[-1])
+    for block, begin, end in zip(every, ends[:-1], ends[1:], strict=True):
         part = rows[:, :, (times >= begin) & (times < end)].reshape(at, -1)
-        if fits and part.shape[1]:
+        if part.shape[1] and Healthy.between(run, begin, end).excess(drive) is None:
             # As if the block took all of its slot: shorter ones are repeated to fill it.
             grams.append(part @ part.T * min(slot / (end - begin), 1.5))
             kept.append(block)
@@ -164,27 +165,6 @@ def _told(experiment: Experiment, hypotheses: Sequence[Hypothesis]) -> Blocks:
         base.precision,
         evidence,
     )
-
-
-def _within(base: Base, blocks: Sequence[Block], ends: Sequence[float]) -> list[bool]:
-    """Whether the healthy drive stays within its current and voltage on each block."""
-    replay = base.fitter.replay
-    controller = replay.nominal.controller
-    names = [one.name for one in replay.signals]
-    shown = replay.simulate({})
-    most = {"current_q": controller.current_limit, "voltage_q": controller.voltage_limit}
-    found = []
-    for begin, end in itertools.pairwise(ends):
-        rows = (replay.time_s >= begin) & (replay.time_s < end)
-        found.append(
-            all(
-                float(np.max(np.abs(shown[names.index(name), rows]), initial=0.0))
-                <= _MARGIN * limit
-                for name, limit in most.items()
-                if name in names
-            )
-        )
-    return found
 
 
 def _apart(
@@ -258,6 +238,9 @@ def _finer(
         ]
         return assembled(experiment, made)
 
+    def healthy(reference: Planned) -> Healthy:
+        return Healthy.on(experiment.drive, reference, experiment.duration_s)
+
     def cost(point: FloatArray) -> float:
         nonlocal tried, whole
         if time.monotonic() > deadline:
@@ -268,9 +251,9 @@ def _finer(
         reference = motion(point)
         if not reference.legs:
             return math.inf
-        base = predicted(experiment, reference, experiment.duration_s)
-        if not within_limits(experiment, base):
+        if healthy(reference).excess(experiment.drive) is not None:
             return math.inf
+        base = predicted(experiment, reference, experiment.duration_s)
         return -worth(*told(base, pairs, alone))
 
     rng = np.random.default_rng(_SEED)
@@ -289,7 +272,7 @@ def _finer(
         return motion(found.x), whole
     # No time was left, or nothing kept the limits: the blocks as they were chosen, if they do.
     begun = motion(start)
-    if not within_limits(experiment, predicted(experiment, begun, experiment.duration_s)):
+    if healthy(begun).excess(experiment.drive) is not None:
         raise InputError(
             "limits: the blocks that tell most go beyond four fifths of controller.current_limit "
             "or controller.voltage_limit in a row; expected lower limits.speed or "
@@ -306,13 +289,3 @@ def told(
 
     apart = [one for both in separations(base, pairs) for one in both]
     return apart, [apart_from_sheet(base, one) for one in alone]
-
-
-def within_limits(experiment: Experiment, base: Base) -> bool:
-    """Whether the healthy drive stays within its current and voltage limits, with some margin."""
-    controller = experiment.drive.controller
-    taken = peaks(base)
-    return (
-        taken.get("current_q", 0.0) <= _MARGIN * controller.current_limit
-        and taken.get("voltage_q", 0.0) <= _MARGIN * controller.voltage_limit
-    )
