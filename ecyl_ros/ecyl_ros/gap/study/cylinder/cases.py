@@ -205,7 +205,7 @@ def complete_case(case: Case, setup_of: DriveParameters | Setup | Callable[[int]
             seed=seed,
             effects=effects,
             gaps=gaps,
-            facts=setup.facts,
+            facts=setup.facts | {"rod_per_rotor_m": setup.drive.transmission.rod_per_rotor},
             constants=true_constants(stage.with_effects(effects, seed), setup.drive),
             tolerances=stated_tolerances(case.sheet),
             nominal={

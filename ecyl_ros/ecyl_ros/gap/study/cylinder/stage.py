@@ -173,11 +173,16 @@ class Stage:
         errors = {key: value for key, value in self.errors.items() if key not in taken}
         machine = off_sheet(self.machine, errors)
         for name, values in effects.items():
-            # No clock ties what swings in time to the begin of a recording.
-            own = [self.number] if name in _IN_TIME and self.number else []
-            phases = np.random.default_rng([seed, zlib.crc32(name.encode()), *own])
-            EFFECTS[name].impose(machine, values, phases.uniform(0.0, 2.0 * np.pi, size=2))
+            EFFECTS[name].impose(machine, values, hidden_phases(name, seed, self.number))
         return machine
+
+
+def hidden_phases(name: str, seed: int, number: int = 0) -> FloatArray:
+    """Phases of an effect in a case's recording of this number, float64[2], rad."""
+    # No clock ties what swings in time to the begin of a recording.
+    own = [number] if name in _IN_TIME and number else []
+    phases = np.random.default_rng([seed, zlib.crc32(name.encode()), *own])
+    return phases.uniform(0.0, 2.0 * np.pi, size=2)
 
 
 def _check_noise(drive: DriveParameters) -> None:

@@ -12,20 +12,48 @@ from ..cylinder.law import VARIABLES, shape
 from ..cylinder.unnamed import UNNAMED, Unnamed
 from .answers import Judged, said_nothing_wrong
 from .figure import Figure, counted, quantile
+from .own_curve import WITHIN, has_own_curve, off_own_curve
 
 _PLACES = {"position", "rotor_angle", "screw_angle"}
 _REPEATED = 1.5  # turns from which a recording tells an angle from a position
 
 
 def law_figures(judged: Sequence[Judged]) -> list[Figure]:
-    """Figures of the cases that hold a law without a name; none where there are none."""
+    """What was described: of laws without a name, of withheld effects, and beside the truth."""
+    return [*_drawn_laws(judged), *_withheld(judged), *_invented(judged)]
+
+
+def _invented(judged: Sequence[Judged]) -> list[Figure]:
+    others = [outcome for case, outcome in judged if case.kind in ("single", "pair", "none")]
+    if not others:
+        return []
+    none = [(outcome.diagnosis or {}).get("law") is None for outcome in others]
+    return [counted("no law beside the truth", none, 0.98)]
+
+
+def _withheld(judged: Sequence[Judged]) -> list[Figure]:
+    laws = [
+        (case, (outcome.diagnosis or {}).get("law"))
+        for case, outcome in judged
+        if has_own_curve(case)
+    ]
+    found = [(case, law) for case, law in laws if law is not None]
+    if not laws:
+        return []
+    off = [off_own_curve(law, case) for case, law in found]
+    return [
+        counted("withheld: described", [law is not None for _, law in laws], None),
+        counted(
+            "withheld: its own curve, of those", [o is not None and o <= WITHIN for o in off], None
+        ),
+    ]
+
+
+def _drawn_laws(judged: Sequence[Judged]) -> list[Figure]:
     drawn = [(case, outcome) for case, outcome in judged if case.kind == "law"]
     if not drawn:
         return []
     said = [((outcome.diagnosis or {}).get("law"), _kind(case), case) for case, outcome in drawn]
-    others = [
-        (case, outcome) for case, outcome in judged if case.kind in ("single", "pair", "none")
-    ]
     found = [(law, kind, case) for law, kind, case in said if law is not None]
     inside = [share for law, kind, case in found if (share := covered(law, kind, case)) is not None]
     shrinks = {
@@ -34,7 +62,7 @@ def law_figures(judged: Sequence[Judged]) -> list[Figure]:
         ]
         for memory in (False, True)
     }
-    rows = [
+    return [
         counted("law: described", [law is not None for law, _, _ in said], None),
         counted(
             "law: port right, of those", [port_right(law, kind) for law, kind, _ in found], 0.95
@@ -47,10 +75,6 @@ def law_figures(judged: Sequence[Judged]) -> list[Figure]:
         quantile("law: shrink of memory, median", shrinks[True], 0.5, 0.7),
         quantile("law: of the curve in its band", inside, 0.5, 0.9, unit="%"),
     ]
-    if others:
-        invented = [((o.diagnosis or {}).get("law")) is None for _, o in others]
-        rows.append(counted("no law beside the truth", invented, 0.98))
-    return rows
 
 
 def _kind(case: Case) -> Unnamed:
@@ -131,6 +155,8 @@ def law_lines(judged: Sequence[Judged]) -> list[str]:
     """What was drawn and what was described, a line a case."""
     lines = []
     for case, outcome in judged:
+        if has_own_curve(case):
+            lines.append(_own_curve_line(case, (outcome.diagnosis or {}).get("law")))
         if case.kind != "law":
             continue
         kind, law = _kind(case), (outcome.diagnosis or {}).get("law")
@@ -149,3 +175,12 @@ def law_lines(judged: Sequence[Judged]) -> list[str]:
             said += "" if inside is None else f", {100.0 * inside:.0f} % of the curve in its band"
         lines.append(f"case {case.index} {drawn}: {said}")
     return lines
+
+
+def _own_curve_line(case: Case, law: Mapping[str, Any] | None) -> str:
+    said = "not described"
+    if law is not None:
+        off = off_own_curve(law, case)
+        said = f"{law['port']} of {' and '.join(law['of']) or 'nothing'}, "
+        said += "not its own curve" if off is None else f"off its own curve by {100.0 * off:.1f} %"
+    return f"case {case.index} withheld {' and '.join(case.effects)}: {said}"
