@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import copy
 import dataclasses
-import math
 import threading
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -12,7 +11,6 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicHermiteSpline, CubicSpline
 
 from ...drive.cascade import initial_cascade_state
 from ...drive.engine import COLUMNS, MEASUREMENT, VOLTAGE, run_ticks
@@ -26,6 +24,7 @@ from ...errors import InputError
 from ...recording.signals import Recording
 from ..split import held_out_of
 from .first_state import first_state
+from .grid import Grid
 from .pushed import run_pushed
 from .screen import screen
 from .sensor_noise import declared_noise, roughness, silent, with_steps
@@ -124,8 +123,10 @@ class Replay:
         stated = declared_noise(drive)
         # Voltage noise that the cascade makes of noise in what it measures.
         self.proportional_noise_v = max(stated["voltage_q"], 1e-12)
-        self._lay_grid()
-        self._lay_reference()
+        self._grid = Grid.under(self.time_s, recording.rate_hz, self.drive.controller.rate)
+        self._reference = self._grid.reference(recording)
+        self.usable = np.ones(len(self.time_s), dtype=bool)
+        self._leave_out_gaps()
         self.floor = np.array([max(stated[one.name], 1e-30) for one in self.signals])
         # How much of the stated noise goes round the loop; all of it unless the command says less.
         self.loop_share = 1.0
@@ -173,39 +174,14 @@ class Replay:
                 floors.append(max(measured, 1e-9 * scale))
         return np.array(floors)
 
-    def _lay_grid(self) -> None:
-        """Ticks per sample of the replay, and where the recording's samples lie on its grid."""
-        rate = self.drive.controller.rate
-        ratio = rate / self.recording.rate_hz
-        whole = max(1, round(ratio))
-        step = whole / rate
-        index = self.time_s / step
-        on_grid = bool(np.all(np.abs(index - np.round(index)) < 0.01))
-        if abs(ratio / whole - 1.0) > 0.01 or not on_grid:
-            # Uneven stamps or another rate: replay finely and interpolate.
-            whole = max(1, min(whole, round(rate / 1000.0)))
-            step = whole / rate
-        self._every = whole
-        self._grid_step = step
-        self._rows = np.round(index).astype(np.int64) if on_grid else None
-        self._samples = math.ceil(self.time_s[-1] / step - 1e-6) + 1
-
-    def _lay_reference(self) -> None:
-        position = self.recording.reference_position_m
-        velocity = self.recording.reference_velocity_m_per_s
-        known = np.isfinite(position)
-        time = self.time_s[known]
-        if np.isfinite(velocity[known]).all():
-            spline = CubicHermiteSpline(time, position[known], velocity[known])
-        else:
-            spline = CubicSpline(time, position[known])
-        grid = np.clip(np.arange(self._samples + 1) * self._grid_step, time[0], time[-1])
-        self._reference = np.column_stack([spline(grid), spline(grid, 1)])
-        self.usable = np.ones(len(self.time_s), dtype=bool)
-        for end in time[1:][np.diff(time) > max(_LONG_GAP_S, 3.0 * self._grid_step)]:
+    def _leave_out_gaps(self) -> None:
+        """Mark as not usable what follows a stretch without samples, until the loops settle."""
+        noticed = max(_LONG_GAP_S, 3.0 * self._grid.step_s)
+        time = self.time_s[np.isfinite(self.recording.reference_position_m)]
+        for end in time[1:][np.diff(time) > noticed]:
             self.usable &= (self.time_s < end - 1e-9) | (self.time_s > end + _SETTLING_S)
         lost = float(np.diff(self.time_s).max())
-        if lost > max(_LONG_GAP_S, 3.0 * self._grid_step):
+        if lost > noticed:
             self.notes.append(f"samples missing for up to {lost:.3f} s")
 
     def _find_start(self) -> None:
@@ -281,8 +257,7 @@ class Replay:
         """The same recording up to `end_s`, for a look that needs no more: it costs less."""
         kept = int(np.searchsorted(self.time_s, end_s, side="right"))
         other = self._with(np.arange(kept))
-        last = float(other.time_s[-1]) / self._grid_step
-        other._samples = min(self._samples, math.ceil(last - 1e-6) + 1)
+        other._grid = other._grid.ended()
         return other
 
     def thinned(self, rate_hz: float) -> Replay:
@@ -299,7 +274,7 @@ class Replay:
             setattr(other, name, getattr(self, name)[rows])
         for name in ("recorded", "healthy"):
             setattr(other, name, getattr(self, name)[:, rows])
-        other._rows = None if self._rows is None else self._rows[rows]
+        other._grid = self._grid.of(rows)
         if self._shaking is not None:
             drive, alone = self._shaking
             other._shaking = drive, alone[:, rows]
@@ -308,15 +283,7 @@ class Replay:
     @property
     def reference_m(self) -> FloatArray:
         """float64[n], the rod position asked for at the recording's samples."""
-        return self._on_samples(self._reference[:-1, :1])[0]
-
-    def _on_samples(self, columns: FloatArray) -> FloatArray:
-        """float64[columns, n] at the recording's stamps from float64[grid, columns]."""
-        if self._rows is not None:
-            return np.ascontiguousarray(columns[self._rows].T)
-        grid = np.arange(len(columns)) * self._grid_step
-        values: FloatArray = CubicSpline(grid, columns)(self.time_s).T
-        return values
+        return self._grid.on_stamps(self._reference[:-1, :1])[0]
 
     @cached_property
     def _holds_i_d(self) -> bool:
@@ -354,14 +321,14 @@ class Replay:
         params = self.packed(effects, drive)
         cascade = initial_cascade_state(params)
         cascade[0][:] = self._integrals
-        samples = np.zeros((self._samples, COLUMNS))
-        ticks = (self._samples - 1) * self._every + 1
+        samples = np.zeros((self._grid.samples, COLUMNS))
+        ticks = self._grid.ticks
         with self._counting:
             self._tally[0] += 1
             steps = int(params[0]["substeps"]) * int(params[0]["finer"])
             self._tally[1] += ticks * (_TICK_COST + steps)
         run = (
-            self._every,
+            self._grid.every,
             self._reference,
             self._plant.copy(),
             cascade,
@@ -373,7 +340,7 @@ class Replay:
         if torque is None:
             run_ticks(0, ticks, *run)
         else:
-            grid = np.arange(self._samples + 1) * self._grid_step
+            grid = self._grid.instants()
             pushed = np.column_stack([np.interp(grid, self.time_s, one) for one in torque])
             slopes = np.array([params[0]["per_rotor_inertia"], params[0]["per_load_inertia"]])
             run_pushed(ticks, *run, pushed, slopes)
@@ -381,7 +348,7 @@ class Replay:
 
     def full(self, effects: Effects, torque: FloatArray | None = None) -> FloatArray:
         """All the engine's columns at the recording's stamps, float64[COLUMNS, n]; see `run`."""
-        return self._on_samples(self.run(effects, torque=torque))
+        return self._grid.on_stamps(self.run(effects, torque=torque))
 
     def healthy_with(self, effects: Effects) -> FloatArray:
         """One draw of what a model with `effects` would leave, were it perfect, in floors.
@@ -432,7 +399,7 @@ class Replay:
 
     def _columns(self, effects: Effects, drive: DriveParameters | None = None) -> FloatArray:
         samples = self.run(effects, drive)
-        return self._on_samples(samples[:, [one.column for one in self.signals]])
+        return self._grid.on_stamps(samples[:, [one.column for one in self.signals]])
 
     def simulate(self, effects: Effects, constants: Constants = NOMINAL) -> FloatArray:
         """What the model gives at the recording's stamps: float64[signals, n].
