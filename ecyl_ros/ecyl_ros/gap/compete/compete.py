@@ -61,6 +61,9 @@ def compete(fitter: Fitter, nominal: Fit, names: Sequence[str], report: Report) 
     report: takes a stage and the share done.
     """
     field = Candidates(fitter, names)
+    if fitter.divided_by(field.null):
+        nominal = fitter.nominal
+        field = Candidates(fitter, names)
     forms = Forms(field)
     fitter.test_floor(field.null)
     if field.null is not nominal and surely_at_noise(fitter, field.null):

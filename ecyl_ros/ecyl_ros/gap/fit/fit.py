@@ -95,10 +95,26 @@ class Fitter:
     def __init__(self, replay: Replay, held: BoolArray) -> None:
         self.replay = replay
         self.sheet = Sheet.of(replay.nominal, float(replay.time_s[-1]))
-        self.held = held & replay.usable
-        self.rows = ~held & replay.usable
+        self._hold_out(held)
         self.perfect = self._perfect()
         self._sound: tuple[Fit, float] | None = None
+
+    def _hold_out(self, held: BoolArray) -> None:
+        self.held = held & self.replay.usable
+        self.rows = ~held & self.replay.usable
+
+    def divided_by(self, fit: Fit) -> bool:
+        """Whether fitted and held-out stretches were cut anew, for what a fit leaves.
+
+        What a wrong sheet leaves is everywhere; a fault of a moment shows only once that is gone,
+        and has to be both fitted and judged. Fits from before are not to be compared with any more.
+        """
+        held = self.replay.held_out_by(fit.gap)
+        if np.array_equal(held & self.replay.usable, self.held):
+            return False
+        self._hold_out(held)
+        self.__dict__.pop("nominal", None)
+        return True
 
     def _perfect(self) -> float:
         """Robust misfit of a perfect model: 0.92 for white noise at the floor."""

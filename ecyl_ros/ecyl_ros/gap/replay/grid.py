@@ -54,7 +54,7 @@ class Grid:
 
     def instants(self) -> FloatArray:
         """float64[samples + 1], s: the instants and the one after them."""
-        return np.arange(self.samples + 1) * self.step_s
+        return self.step_s * np.arange(self.samples + 1, dtype=np.float64)
 
     def of(self, kept: NDArray[np.int64]) -> Grid:
         """For some of the stamps alone; as long as before."""

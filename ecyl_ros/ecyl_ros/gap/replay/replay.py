@@ -218,7 +218,11 @@ class Replay:
 
     def held_out(self) -> BoolArray:
         """bool[n], stretches that no parameter is to be fitted to."""
-        return held_out_of(self.time_s, self.gap({}), self.usable)
+        return self.held_out_by(self.gap({}))
+
+    def held_out_by(self, gap: FloatArray) -> BoolArray:
+        """The same, for what is left to be explained: a gap, float64[signals, n], in floors."""
+        return held_out_of(self.time_s, gap, self.usable)
 
     @property
     def step_s(self) -> float:

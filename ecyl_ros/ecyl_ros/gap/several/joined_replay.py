@@ -251,6 +251,13 @@ class JoinedReplay(Replay):
         """See `Replay`."""
         return np.concatenate(self._held)
 
+    def held_out_by(self, gap: FloatArray) -> BoolArray:
+        """See `Replay`; from now on these stretches are held out."""
+        self._held = tuple(
+            one.held_out_by(gap[:, span]) for one, span in zip(self._parts, self.spans, strict=True)
+        )
+        return self.held_out()
+
     def full(self, effects: Effects, torque: FloatArray | None = None) -> FloatArray:
         """See `Replay`."""
         return self._joined(
