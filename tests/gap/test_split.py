@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import pytest
 from sheets import exact
 
 from ecyl_ros.gap.diagnose import diagnose
+from ecyl_ros.gap.fit.fit import Fitter
+from ecyl_ros.gap.replay.replay import Replay
 from ecyl_ros.gap.split import held_out, held_out_of
 from ecyl_ros.gap.study.cylinder.cases import Case, record_case
 
@@ -45,6 +49,27 @@ def test_a_gap_all_through_keeps_long_stretches() -> None:
         assert np.array_equal(
             held_out_of(time_s, gap_between(begin, end), everywhere), held_out(time_s)
         )
+
+
+def test_stretches_are_cut_anew_for_what_a_fit_leaves() -> None:
+    """A moment within one stretch, seen once the sheet is fitted, comes to lie on both sides.
+
+    A fit that leaves what was left before changes nothing.
+    """
+    drive = exact("bench")
+    recording = record_case(Case(0, 5, "none"), drive)
+    replay = Replay(recording, drive, "a healthy machine")
+    fitter = Fitter(replay, replay.held_out())
+    first = fitter.nominal
+    assert np.array_equal(fitter.held, held_out(replay.time_s))
+    assert not fitter.divided_by(first)
+    moment = (replay.time_s >= 0.6) & (replay.time_s < 0.75)
+    assert fitter.held[moment].all()
+    left = first.gap + 10.0 * moment
+    assert fitter.divided_by(dataclasses.replace(first, gap=left))
+    assert 0.1 < np.mean(fitter.held[moment]) < 0.9
+    assert np.array_equal(fitter.rows, ~fitter.held)
+    assert fitter.nominal.judged != first.judged
 
 
 @pytest.mark.slow
