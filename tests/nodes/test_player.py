@@ -5,6 +5,8 @@ from __future__ import annotations
 import dataclasses
 import os
 import signal
+import subprocess
+import sys
 import threading
 import time
 from pathlib import Path
@@ -39,8 +41,8 @@ def _drive(folder: Path, *changes: tuple[str, str]) -> Path:
 def _task(
     out: Path, duration_s: float = 2.0, follow: str = "auto", silence_s: float = 15.0
 ) -> Task:
-    motion, sound = survey(DRIVE, duration_s)
-    bounds = bounds_for(DRIVE, sound, None, None)
+    motion, healthy = survey(DRIVE, duration_s)
+    bounds = bounds_for(DRIVE, healthy, None, None)
     return Task(bounds, tuple(motion.points()), out, follow=follow, silence_s=silence_s)
 
 
@@ -94,6 +96,56 @@ def test_a_jam_on_the_way_brings_the_drive_to_rest(tmp_path: Path) -> None:
     assert result.at_rest and abs(_kept(result)[1, -1]) < 1e-6
 
 
+def test_a_current_beyond_its_bound_brings_the_drive_to_rest(tmp_path: Path) -> None:
+    """A stretch of heavy drag, with any tracking error allowed and little more than the healthy
+    current: the current ends it."""
+    place = "position_m: 0.01, width_m: 4.0e-3, edge_m: 1.0e-3"
+    jam = f"    effects: {{local_jam: {{coulomb_nm: 12.0, {place}}}}}\n"
+    hidden = _drive(tmp_path, ("    tolerances:", f"{jam}    tolerances:"))
+    motion, healthy = survey(DRIVE, 4.0)
+    bounds = bounds_for(DRIVE, healthy, 1.0, 1.05 * healthy.current_a)
+    task = Task(bounds, tuple(motion.points()), tmp_path / "m.mcap", silence_s=15.0)
+    result = _played(hidden, task, "current")
+    assert result.ended is not None and result.ended.startswith("current of"), result
+    assert f"beyond {bounds.current_a:.3g} A" in result.ended
+    assert result.at_rest and abs(_kept(result)[1, -1]) < 1e-6
+
+
+_ALARM = """
+import sys, time
+from pathlib import Path
+import rclpy
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+rclpy.init()
+node = rclpy.create_node("alarm", namespace="alarm")
+publisher = node.create_publisher(DiagnosticArray, "/diagnostics", 10)
+out = Path(sys.argv[1])
+while not out.exists() or out.stat().st_size < 100_000:
+    time.sleep(0.01)
+said = [
+    DiagnosticStatus(level=DiagnosticStatus.ERROR, name="other/ecyl/plant", message="not ours"),
+    DiagnosticStatus(level=DiagnosticStatus.ERROR, name="alarm/ecyl/plant", message="too hot"),
+]
+for number in range(40):
+    publisher.publish(DiagnosticArray(status=said[: 1 + (number >= 10)]))
+    time.sleep(0.05)
+"""
+
+
+def test_an_error_that_a_node_of_the_drive_reports_ends_it(tmp_path: Path) -> None:
+    """ERROR on /diagnostics under the drive's namespace: its words are the reason; another drive's
+    are not."""
+    out = tmp_path / "m.mcap"
+    alarm = subprocess.Popen([sys.executable, "-c", _ALARM, str(out)])
+    try:
+        result = _played(_drive(tmp_path), _task(out, 8.0), "alarm")
+    finally:
+        alarm.terminate()
+        alarm.wait(10)
+    assert result.ended == "plant: too hot", result
+    assert result.at_rest and abs(_kept(result)[1, -1]) < 1e-6
+
+
 def test_a_motion_that_the_drive_refuses_is_not_begun(tmp_path: Path) -> None:
     """A slower drive refuses it as a whole; its reason is the reason, and nothing has moved."""
     slow = "    limits: {speed: 0.02}\n"
@@ -122,11 +174,11 @@ def test_a_partner_that_is_killed_ends_it(tmp_path: Path) -> None:
     assert "nothing heard on /killed/ecyl/" in (result.ended or ""), result
 
 
-def test_setpoints_take_a_drive_through_a_motion_and_ctrl_c_ends_it(tmp_path: Path) -> None:
-    """A drive that follows setpoints alone is there in the end; SIGINT leaves it at rest."""
+def test_setpoints_take_a_drive_through_a_motion(tmp_path: Path) -> None:
+    """A drive that follows setpoints alone is there in the end."""
     slower = dataclasses.replace(DRIVE.limits, speed=0.5 * DRIVE.limits.speed)
-    motion, sound = survey(dataclasses.replace(DRIVE, limits=slower), 2.0)
-    bounds = bounds_for(DRIVE, sound, 0.05, None)
+    motion, healthy = survey(dataclasses.replace(DRIVE, limits=slower), 2.0)
+    bounds = bounds_for(DRIVE, healthy, 0.05, None)
     points = tuple(motion.points())
     hidden = _drive(tmp_path)
     result = _played(
@@ -135,15 +187,24 @@ def test_setpoints_take_a_drive_through_a_motion_and_ctrl_c_ends_it(tmp_path: Pa
     assert result.ended is None, result
     assert np.abs(_kept(result)[0]).max() > 0.5 * max(abs(one.position) for one in points)
 
+
+@pytest.mark.parametrize(
+    ("number", "name"), [(signal.SIGINT, "Ctrl-C"), (signal.SIGTERM, "SIGTERM")]
+)
+def test_a_signal_ends_a_motion_with_the_drive_at_rest(
+    tmp_path: Path, number: signal.Signals, name: str
+) -> None:
+    """In the middle of it: the reference brakes within its limits, what was recorded is kept."""
+
     def interrupt() -> None:
         _moving(tmp_path / "c.mcap")
-        os.kill(os.getpid(), signal.SIGINT)
+        os.kill(os.getpid(), number)
 
     thread = threading.Thread(target=interrupt)
     thread.start()
-    result = _played(hidden, _task(tmp_path / "c.mcap", 8.0), "interrupted")
+    result = _played(_drive(tmp_path), _task(tmp_path / "c.mcap", 8.0), f"signal_{number.name}")
     thread.join()
-    assert result.ended == "stopped by Ctrl-C" and result.at_rest
+    assert result.ended == f"stopped by {name}" and result.at_rest
     assert abs(_kept(result)[1, -1]) < 1e-6
 
 
