@@ -33,7 +33,8 @@ def folder(tmp_path: Path) -> Path:
 
 def _run(folder: Path, out: Path, *more: str) -> int:
     words = ["diagnose", str(folder), "--each", "--drive", "bench", "--out", str(out)]
-    return main([*words, "--jobs", "1", *more])
+    elsewhere = {"--jobs", "--dask"} & set(more)
+    return main([*words, *([] if elsewhere else ["--jobs", "1"]), *more])
 
 
 def _rows(out: Path) -> list[dict[str, str]]:
@@ -66,6 +67,31 @@ def test_every_recording_has_its_page_and_a_broken_one_costs_a_line(
     assert _run(folder, out, "--resume") == 0
     redone = {path.name for path, stamp in stamps.items() if path.stat().st_mtime_ns != stamp}
     assert redone == {"press_02.html"}
+
+
+def _data(out: Path) -> dict[str, dict]:
+    """What was written of each recording, less the time that it took."""
+    found = {one.name: json.loads(one.read_text()) for one in (out / "recordings").glob("*.json")}
+    for one in found.values():
+        one.pop("seconds")
+    return found
+
+
+def test_worker_processes_and_a_cluster_give_the_same_numbers(folder: Path, tmp_path: Path) -> None:
+    """In this process, in two, and on a Dask worker: the same JSON of every recording."""
+    distributed = pytest.importorskip("distributed")
+    assert _run(folder, tmp_path / "here") == 0
+    here = _data(tmp_path / "here")
+    assert len(here) == 2
+    assert _run(folder, tmp_path / "two", "--jobs", "2") == 0
+    assert _data(tmp_path / "two") == here
+    with distributed.LocalCluster(n_workers=1, dashboard_address=None) as cluster:
+        assert _run(folder, tmp_path / "dask", "--dask", cluster.scheduler_address) == 0
+    assert _data(tmp_path / "dask") == here
+    for out in ("two", "dask"):
+        rows, known = _rows(tmp_path / out), _rows(tmp_path / "here")
+        assert [row["recording"] for row in rows] == [row["recording"] for row in known]
+        assert [row["error"] for row in rows] == [row["error"] for row in known]
 
 
 @pytest.mark.parametrize(
