@@ -84,6 +84,16 @@ class Along:
         """Whether the nominal model has friction of some level."""
         return any(self.model.coulomb) or self.model.keys.coulomb > 0.0
 
+    @property
+    def unstated(self) -> frozenset[str]:
+        """Frictions that every machine has and of which the file states none."""
+        model = self.model
+        stated = {
+            "coulomb": self.rubs,
+            "viscous": any(model.viscous) or model.keys.viscous > 0.0,
+        }
+        return frozenset(f"{self.side}_{form}_friction" for form in stated if not stated[form])
+
     def least_coulomb(self) -> Pair:
         """Least that friction of one level may be changed by, forwards and backwards."""
         return self._least(self.model.coulomb, self.model.keys.coulomb)

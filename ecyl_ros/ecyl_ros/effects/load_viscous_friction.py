@@ -14,7 +14,7 @@ from .along import Along
 from .effect import Effect, Evidence, Quantity, Start
 from .rigid_form import RigidForm, added, per_speed
 from .starts import regress
-from .term import Fitted, Term, at_bound, plain
+from .term import Fitted, Term, at_bound, holds_nothing, plain
 
 
 def modify(record: np.ndarray, values: Mapping[str, float], drive: DriveParameters) -> None:
@@ -51,7 +51,9 @@ EFFECT = Effect(
 )
 
 
-_INFLATED = 10.0  # beyond so much variance inflation columns count as one (Marquardt, 1970)
+# Beyond so much variance inflation columns count as one (Marquardt, 1970), unless the recording has
+# told them apart all the same.
+_INFLATED = 10.0
 
 
 def term(along: Along) -> Term:
@@ -71,7 +73,8 @@ def term(along: Along) -> Term:
 
 def _void(fitted: Fitted) -> str:
     level = [load_coulomb_friction.term(fitted.along), constant_load.term(fitted.along)]
-    if not at_bound(fitted) and fitted.inflation(level) > _INFLATED:
+    alike = not at_bound(fitted) and fitted.inflation(level) > _INFLATED
+    if alike and holds_nothing(fitted.beside(level)[0]):
         return "the speed varies too little to tell it from friction of one level or a constant"
     return plain(fitted)
 

@@ -138,6 +138,7 @@ class Fitted:
         values: its coefficients, float64[k]. spans: its parameters.
         covariance: of its coefficients, float64[k, k].
         inflation: variance inflation of its first column by terms, in the set or not.
+        beside: its parameters as they are with such terms free beside it.
     """
 
     along: Along
@@ -146,6 +147,7 @@ class Fitted:
     spans: Sequence[Interval]
     covariance: Callable[[], FloatArray]
     inflation: Callable[[Sequence[Term]], float]
+    beside: Callable[[Sequence[Term]], Sequence[Interval]]
 
 
 # Why a fitted term is no cause; empty where nothing speaks against it.

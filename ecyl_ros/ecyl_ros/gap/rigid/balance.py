@@ -26,7 +26,9 @@ HELD_OUT_EVERY = 3  # one stretch in so many is never fitted
 MOST_STRETCHES = 48  # what is left is correlated over time: more of them say no more
 _LOSS = 5.0  # residuals beyond so many robust standard deviations lose their weight (Cauchy)
 ROUNDS = 6
-_LEAST_MOVING = 0.2  # share of the samples in motion with which rest is left out
+# Motion with which rest is left out: at 25 samples a second that say something of their own, four
+# for each coefficient of the largest sets; of a short recording this share.
+_LEAST_MOVING_S, _LEAST_MOVING = 2.0, 0.2
 UNMODELLED = 0.01  # share of the effort that no model of one inertia explains
 _ALONG_A_WAVE = 0.5  # of that; models err smoothly, and in other directions by all of it
 _FORM = 1e-3  # half width, as a share of the value, that no interval falls below
@@ -76,7 +78,11 @@ class Balance:
         self.time_s = motion.time_s[rows]
         moving = (motion.usable & ~at_rest(motion))[rows]
         # Where it hardly ever moves there is nothing else to go by.
-        self.rests = bool(moving.sum() >= _LEAST_MOVING * max(motion.usable[rows].sum(), 1))
+        enough = min(
+            _LEAST_MOVING_S * motion.rate_hz / motion.step,
+            _LEAST_MOVING * max(motion.usable[rows].sum(), 1),
+        )
+        self.rests = bool(moving.sum() >= enough)
         self.usable: BoolArray = moving if self.rests else motion.usable[rows]
         part = self.time_s[self.usable]
         begin, end = (float(part[0]), float(part[-1])) if part.size else (0.0, 1.0)
@@ -241,8 +247,11 @@ class Balance:
         ridge = np.diag(solution.prior**2 * solution.share)
         gram = (columns * weights[:, None]).T @ columns + ridge
         blurred = self._blurred(solution.terms)
-        noise = freed(gram, blurred, float(weights.sum()) * self.blur.noise**2)
-        return np.asarray(np.linalg.pinv(gram - noise, hermitian=True), dtype=np.float64)
+        gram -= freed(gram, blurred, float(weights.sum()) * self.blur.noise**2)
+        size = np.sqrt(np.maximum(np.diag(gram), 1e-300))
+        scaled = gram / np.outer(size, size)
+        made: FloatArray = np.linalg.pinv(scaled, hermitian=True) / np.outer(size, size)
+        return made
 
     def unsure(self, solution: Solution, rows: BoolArray) -> FloatArray:
         """How far coefficients may be off by noise of the position, float64[k], signed.

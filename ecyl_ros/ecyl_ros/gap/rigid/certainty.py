@@ -8,12 +8,14 @@ from functools import cached_property
 
 import numpy as np
 
+from ...effects.along import Along
 from ...effects.catalogue import EFFECTS
 from ...effects.term import Term
 from ..diagnosis import BoolArray
 from ..judge.verdict import RARER
 from .balance import Balance, beside
 from .contest import Contest
+from .expected import before, log_odds
 from .solution import Solution
 
 _CERTAIN = 0.97  # the most that a cause found by effort is believed
@@ -28,11 +30,19 @@ class Certainty:
     """Of the effects of one contest.
 
     judged: bool[m], rows that gap figures are of. floor: standard deviation of what cannot be
-    explained.
+    explained. along: the motion and its machine.
     """
 
-    def __init__(self, balance: Balance, contest: Contest, judged: BoolArray, floor: float) -> None:
+    def __init__(
+        self,
+        balance: Balance,
+        contest: Contest,
+        judged: BoolArray,
+        floor: float,
+        along: Along,
+    ) -> None:
         self.balance, self.contest, self.judged, self.floor = balance, contest, judged, floor
+        self._along = along
 
     def of(self, term: Term) -> tuple[float, float, tuple[str, ...]]:
         """That it, or what looks the same here, acts; that it does itself; what looks the same.
@@ -43,13 +53,15 @@ class Certainty:
         winner = self.contest.winner
         best = max(winner.priced(self.judged), 1e-300)
         held = {one.effect for one in self.contest.order}
-        # The same columns, but less common; of a term of several parts they give but one.
+        # The same columns; of a term of several parts what is less common gives but one.
         parts = 1 + bool(term.refines)
-        rarity = EFFECTS[term.effect].rarity
+        rarity = self._rarity(term.effect)
+        rarer = {name: self._rarity(name) - rarity for name in term.alternatives}
         weights = {
-            name: RARER ** max(parts, EFFECTS[name].rarity - rarity) for name in term.alternatives
+            name: RARER ** max(parts, steps) if steps >= 0 else 1.0 for name, steps in rarer.items()
         } | dict.fromkeys(term.bent_by, 0.0)
-        behind = self._behind(self.contest.without[term.effect])
+        known = log_odds(self._along, term.effect)
+        behind = self._behind(self.contest.without[term.effect]) + known
         structure, unknown = self._unknown
         own = self._apart(winner, self.contest.without[term.effect])
         waves = {one.key for one in self.contest.order if one.rate}
@@ -65,18 +77,21 @@ class Certainty:
             simpler = self._within([other], [term])
             near = self.alike(rival) or rival.priced(self.judged) <= _WORSE * best
             if not simpler and near and self._apart(winner, rival) <= math.sqrt(_OWN) * own:
-                weight = RARER ** max(EFFECTS[other.effect].rarity - rarity, 0)
+                weight = RARER ** max(self._rarity(other.effect) - rarity, 0)
                 weights.setdefault(other.effect, weight)
             else:
-                behind = min(behind, self._behind(rival))
+                behind = min(behind, self._behind(rival) + known)
         sure = 1.0 - math.exp(-max(behind, 0.0))
         # Where the effort stood still while the output moved, something else drives it, too.
         acts = min(0.5 + 0.5 * sure, _CERTAIN) * (1.0 - self.balance.motion.standing)
         # It has to stand above the structure that is left; what is rare, above all that is unknown.
         size = own if rarity > 1 else math.hypot(own, self._beyond(term))
         above = (unknown if rarity > 1 else structure) / max(size, 1e-9 * best)
-        acts = min(acts, 1.0 / (1.0 + 2.0 * above**2))
+        acts = min(acts, 1.0 / (1.0 + 2.0 * math.exp(-known) * above**2))
         return acts, acts / (1.0 + sum(weights.values())), tuple(weights)
+
+    def _rarity(self, name: str) -> int:
+        return EFFECTS[name].rarity - before(self._along, name)
 
     def alike(self, rival: Solution) -> bool:
         """Whether a set that has one effect in another's place may as well be the true one."""

@@ -95,7 +95,7 @@ class Judgement:
         self.whole = null.fit(contest.order, balance.usable)
         self.spans = balance.intervals(self.whole, balance.usable)
         self._void = self._voids()
-        self.certainty = Certainty(balance, contest, self.judged, floor)
+        self.certainty = Certainty(balance, contest, self.judged, floor, catalogue.along)
         self.notes: list[str] = []
         self._sure: dict[str, tuple[float, float]] = {}
         self._alike: dict[str, tuple[str, ...]] = {}

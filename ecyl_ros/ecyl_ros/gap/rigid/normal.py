@@ -42,7 +42,8 @@ def solve(
     acceleration in each column, whose noise is taken out of both sides; noise: its size, and the
     inertia by which the target holds it.
     """
-    size = np.sqrt(np.mean(columns**2, axis=0))
+    # With its price, so that a column that hardly moves and must not does not dwarf the others.
+    size = np.sqrt(np.mean(columns**2, axis=0) + ridge / max(len(columns), 1))
     size[size == 0.0] = 1.0
     scaled = columns / size
     weighted = scaled * weights[:, None]

@@ -13,6 +13,7 @@ from ...effects.catalogue import RIGID
 from ...effects.term import Left, Term
 from ..compete.strain import STRAINED
 from ..diagnosis import FloatArray
+from .expected import log_odds
 from .floor import pairs
 from .null import Null
 from .search import left_by
@@ -49,28 +50,33 @@ class Gain(NamedTuple):
     """What one set leaves less than another.
 
     share: of the surplus. sureness: that over its standard error. saved: price of the sheet, by an
-    effect that stands for a constant of it.
+    effect that stands for a constant of it. known: log odds of the effect beforehand.
     """
 
     share: float
     sureness: float
     saved: float
+    known: float = 0.0
 
     @property
     def earned(self) -> bool:
         """Whether it is a good part, and more than the stretches differ among themselves."""
-        return self._relieved or (self.share >= LEAST_GAIN and self.sureness >= SURE)
+        return self._relieved or (self.share >= LEAST_GAIN and self._surer(SURE))
 
     @property
     def kept(self) -> bool:
         """The same on fewer stretches, which have to say so a second time."""
         share = self.share >= 0.5 * LEAST_GAIN
-        return self._relieved or (share and self.sureness >= HELD_SURE)
+        return self._relieved or (share and self._surer(HELD_SURE))
 
     @property
     def likely(self) -> bool:
         """Whether it is a good part, and more than its standard error."""
         return self._relieved or (self.share >= LEAST_GAIN and self.sureness >= 1.0)
+
+    def _surer(self, least: float) -> bool:
+        """Whether it is by `least` standard errors, or by what is known as well: z^2 / 2 nats."""
+        return self.sureness > 0.0 and self.sureness**2 + 2.0 * self.known >= least**2
 
     @property
     def _relieved(self) -> bool:
@@ -153,7 +159,7 @@ class Sets:
             return None
         off = before.costs - np.minimum(costs, before.cap)
         saved = (by.effect in before.strained) * (before.price - fit.price)
-        return _gain(off, before.surplus, saved)
+        return self._gain(off, before.surplus, saved, by)
 
     def lost(self, full: Standing, rest: Sequence[Term], by: Term) -> Gain:
         """What comes back with a set that one term has left."""
@@ -161,7 +167,7 @@ class Sets:
         saved = (by.effect in self.null.strained(fit)) * (fit.price - full.price)
         # It may hurt much in few places, or a little everywhere beside a mishap.
         both = [
-            _gain(np.minimum(costs, most) - full.costs, full.surplus, saved)
+            self._gain(np.minimum(costs, most) - full.costs, full.surplus, saved, by)
             for most in (_HURT * full.cap, full.cap)
         ]
         return max(both, key=lambda one: (one.earned, one.share))
@@ -177,7 +183,7 @@ class Sets:
         held, then = (self._held(self.fit(one), full.scale) for one in (chosen, rest))
         cap = _cap(held)
         unseen = np.minimum(then, cap) - np.minimum(held, cap)
-        return _gain(np.concatenate([off, unseen]), full.surplus, saved)
+        return self._gain(np.concatenate([off, unseen]), full.surplus, saved, by)
 
     def glimpsed(self, before: Standing, then: Solution) -> float:
         """Mean cost of a plain fit on the stretches that it was fitted to."""
@@ -191,7 +197,16 @@ class Sets:
         before = np.minimum(before, cap)
         off = before - np.minimum(self._held(then, current.scale), cap)
         saved = (by.effect in self.null.strained(current)) * (current.price - then.price)
-        return _gain(off, self._surplus(before), saved).kept
+        return self._gain(off, self._surplus(before), saved, by).kept
+
+    def _gain(self, differences: FloatArray, surplus: float, saved: float, by: Term) -> Gain:
+        known = log_odds(self.catalogue.along, by.effect)
+        mean = float(np.mean(differences))
+        if differences.size < 3:
+            return Gain(mean / surplus, 0.0, saved, known)
+        spread = float(np.std(differences, ddof=1)) / math.sqrt(differences.size)
+        sureness = mean / spread if spread > 0.0 else math.copysign(math.inf, mean)
+        return Gain(mean / surplus, sureness, saved, known)
 
     def _held(self, fit: Solution, scale: float) -> FloatArray:
         """Costs of the held-out stretches."""
@@ -212,12 +227,3 @@ def _cap(costs: FloatArray) -> float:
     if known.size == 0:
         return math.inf
     return max(_WORST * float(np.median(known)), 2.0 * float(np.mean(known)))
-
-
-def _gain(differences: FloatArray, surplus: float, saved: float) -> Gain:
-    mean = float(np.mean(differences))
-    if differences.size < 3:
-        return Gain(mean / surplus, 0.0, saved)
-    spread = float(np.std(differences, ddof=1)) / math.sqrt(differences.size)
-    sureness = mean / spread if spread > 0.0 else math.copysign(math.inf, mean)
-    return Gain(mean / surplus, sureness, saved)

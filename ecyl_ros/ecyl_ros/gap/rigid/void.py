@@ -52,6 +52,17 @@ def why_not(
         rest = beside(column, balance.columns(by)[rows])
         return float(np.sum(column**2) / max(np.sum(rest**2), 1e-300))
 
+    def among(by: Sequence[Term]) -> Sequence[Interval]:
+        kept = [one for one in solution.terms if one.key not in {other.key for other in by}]
+        costs = np.repeat(
+            [one in kept for one in solution.terms],
+            [one.columns.shape[0] for one in solution.terms],
+        )
+        free = np.zeros(sum(one.columns.shape[0] for one in by))
+        prior = np.concatenate([solution.prior[costs], free])
+        full = balance.fit([*kept, *by], rows, prior=prior)
+        return balance.intervals(full, rows)[term.key]
+
     fitted = Fitted(
         along=along,
         term=term,
@@ -59,6 +70,7 @@ def why_not(
         spans=spans,
         covariance=lambda: balance.covariance(solution, rows)[0][own, own],
         inflation=inflation,
+        beside=among,
     )
     return RIGID[term.effect].void(fitted)
 
