@@ -249,6 +249,15 @@ def test_a_formula_is_the_shortest_that_does_as_well():
     assert formula(law, np.zeros(24)) is None
 
 
+def test_a_formula_has_no_wave_that_the_table_cannot_tell() -> None:
+    """Twelve places in a turn: a wave six times a turn lies at its zeros, and is not in it."""
+    a = np.arange(12) * 2.0 * math.pi / 12
+    law = Law("rotor_torque", ("rotor_angle",), (tuple(a),), tuple(0.1 * np.cos(6.0 * a)))
+    assert formula(law, np.zeros(12)) is None
+    law = Law("rotor_torque", ("rotor_angle",), (tuple(a),), tuple(0.1 * np.cos(2.0 * a)))
+    assert formula(law, np.zeros(12)) == "0.1 N m cos(2a)"
+
+
 def test_a_learned_law_becomes_an_effect_that_plays_it(tmp_path: Path, capsys):
     """`ecyl new-effect`: the file it writes gives, as an effect, what the law gives."""
     at = ((-0.01, -0.004, 0.0, 0.01), (-1.0, 1.0))

@@ -11,6 +11,7 @@ import pytest
 from ecyl_ros.cli.main import main
 from ecyl_ros.errors import InputError
 from ecyl_ros.recording.csvfile import read_csv, write_csv
+from ecyl_ros.recording.headers import ending
 from ecyl_ros.recording.load import load_recording
 from ecyl_ros.recording.map import map_yaml
 from ecyl_ros.recording.map_file import load_map, parse_map
@@ -54,6 +55,16 @@ def test_a_header_tells_the_unit_where_the_map_does_not(
     found = read(path, rod_position={"field": column})
     np.testing.assert_allclose(found.rod_position_m, np.array([1.0, 2.0, 4.0]) * si, rtol=1e-15)
     assert any("as the header of" in note for note in found.notes) == (si != 1.0)
+
+
+@pytest.mark.parametrize(
+    ("name", "unit"),
+    [("command_nm", "N m"), ("torque_Nm", "N m"), ("stroke_um", "um"), ("travel_mm", "mm")],
+)
+def test_a_name_that_ends_in_nm_is_of_a_torque(name: str, unit: str) -> None:
+    """Whatever else it says: no drive is commanded in nanometres. A length in nm is called one."""
+    assert ending(name) == unit
+    assert ending("stroke_nm", ("length",)) == "nm"
 
 
 @pytest.mark.parametrize("header", ["t,pos [foo]", "t,pos (foo)", "t,pos\ns,foo"])

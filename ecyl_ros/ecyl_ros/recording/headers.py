@@ -55,13 +55,15 @@ def unit_of(word: str, dimensions: Collection[str] = ()) -> str:
 def ending(name: str, dimensions: Collection[str] = ()) -> str:
     """The unit that a name ends with, `target_mm`; empty where it is none that is known.
 
-    dimensions: what it may measure; `torque_nm` is in N m, `stroke_nm` in nm. All by default.
+    dimensions: what it may measure; `torque_nm` is in N m, `stroke_nm` in nm, and so is what may
+    measure either, `command_nm`, in N m: drives are not moved by nanometres. All by default.
     """
     found = _SUFFIX.search(name)
     if found is None:
         return ""
     word = _SLASHED.get(found[1], found[1])
-    for spelling in (word, _CASED.get(word.lower(), word), word.lower()):
+    cased = _CASED.get(word.lower(), word)
+    for spelling in (cased, word) if word.lower() == "nm" else (word, cased, word.lower()):
         unit = plain(spelling)
         dimension = dimension_of(unit)
         if dimension is not None and (not dimensions or dimension in dimensions):

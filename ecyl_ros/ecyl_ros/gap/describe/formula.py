@@ -97,7 +97,7 @@ def _forms(name: str, unit: str, x: FloatArray) -> list[Term]:
     if name in PERIODS:
         return [
             _wave(f"{order if order > 1 else ''}{symbol}", order * x)
-            for order in range(1, _HARMONICS + 1)
+            for order in range(1, min(_HARMONICS, len(np.unique(x)) // 4) + 1)
         ]
     powers: list[tuple[str, int, Callable[[FloatArray], FloatArray]]] = [
         (symbol, 1, lambda v: v),

@@ -8,18 +8,18 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...drive.law import PERIODS
-from ...drive.memory import since_reversal, warmed
+from ...drive.memory import since_reversal
 from ..diagnosis import BoolArray, FloatArray
 from ..rigid.balance import Balance
 from ..rigid.motion import Motion
 from ..rigid.rest import reversing
 from ..rigid.terms import Catalogue
 from .choose import LEAST_TURNS
-from .motion import HEAT_S
 
 _CELLS, _VISITED, _FILLED = 10, 3, 0.5  # of a plane: each way, samples of a visit, share visited
-# Efforts that what warms a winding goes with.
-_WARM = ("current", "torque", "force")
+# What is not a place on a rigid drive's motion. Heat would be the effort that is to be explained,
+# low-passed: it predicts that whatever the cause.
+_NOT_TOLD = ("current", "torque", "voltage", "time", "heat")
 
 
 @dataclass(frozen=True)
@@ -42,10 +42,8 @@ class RigidMotion:
     time_s: FloatArray
     position: FloatArray
     speed: FloatArray
-    effort: FloatArray
     known: BoolArray
     place: str
-    warms: bool
     stretch_s: float
     smooth: Decimated
 
@@ -61,10 +59,8 @@ class RigidMotion:
             balance.time_s,
             motion.position[rows],
             motion.velocity[rows],
-            np.asarray(motion.counted * balance.effort, dtype=np.float64),
             slid,
             "rotor_angle" if turns > LEAST_TURNS else "position",
-            motion.effort_name in _WARM,
             balance.stretch_s,
             Decimated(motion.step / motion.rate_hz),
         )
@@ -73,7 +69,7 @@ class RigidMotion:
         """See `Visited`."""
         if name in ("position", "rotor_angle", "screw_angle") and name != self.place:
             return 0.0
-        if name in ("current", "torque", "voltage", "time") or (name == "heat" and not self.warms):
+        if name in _NOT_TOLD:
             return 0.0
         if name not in PERIODS:
             return math.inf
@@ -89,7 +85,7 @@ class RigidMotion:
             return True
         places = []
         for name in (one, other):
-            values = self.variable(name, False, max(HEAT_S))[self.known]
+            values = self.variable(name, False)[self.known]
             if name in PERIODS:
                 values = np.mod(values, PERIODS[name])
             low, high = np.quantile(values, [0.005, 0.995])
@@ -106,8 +102,6 @@ class RigidMotion:
             return self.speed
         if name == "direction":
             return np.sign(self.speed)
-        if name == "heat":
-            return warmed(self.effort, self.smooth.step / time_constant_s)
         if name == "travel":
             return since_reversal(self.position, self.speed)
         raise KeyError(name)

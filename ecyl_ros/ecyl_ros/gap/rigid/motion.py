@@ -40,7 +40,7 @@ from .band import (
 )
 from .frozen import without_repeats
 from .grid import Taker, bridged, carried_on, eroded, even_grid, jumped, standing_effort, wide
-from .other_motion import unused_motion
+from .other_motion import unlike_position, unused_motion
 
 _SETTLE = 1.0  # periods of the bandwidth's frequency left out at gaps
 _ENDS = 4.0  # the same at the ends, beyond which the low-passes have to guess how it moved
@@ -255,6 +255,8 @@ def motion_of(
             filled, velocity, usable, rate, spread, machine, bandwidth, effort, cutoff, times
         )
         by_speed = told is not None
+        if not by_speed and measured[usable].all():
+            notes += unlike_position(low_passed(sos, filled), velocity, usable)
         if told is not None:
             bandwidth, cutoff, spread = told
             sos = butter(ORDER, cutoff, fs=rate, output="sos")

@@ -1,10 +1,16 @@
-"""Motion that was recorded in the other kind of unit than the drive's output moves in."""
+"""Recorded motion that does not go with the output's: of the other kind, or another scale."""
 
 from __future__ import annotations
+
+import numpy as np
 
 from ...drive.rigid.machine import Machine
 from ...recording.map import in_map
 from ...recording.signals import Recording
+from ..diagnosis import BoolArray, FloatArray
+
+_ALIKE = 0.9  # of the squared correlation: two that tell of one motion
+_OFF = 0.05  # from each other: more than filters and a late sample make
 
 # Of a linear and of a rotary output; what a rotary one may be measured by comes first.
 _LINEAR = {
@@ -35,3 +41,22 @@ def unused_motion(recording: Recording, machine: Machine) -> list[str]:
             if recording.has(name)
         ]
     return notes
+
+
+def unlike_position(recorded: FloatArray, velocity: FloatArray, usable: BoolArray) -> list[str]:
+    """A note where the recorded speed goes with the rate of the position, but as a multiple of it.
+
+    Both float64[n], in the same band. One of the two has another unit, scale or gear behind it.
+    """
+    told, rate = recorded[usable], velocity[usable]
+    if not np.isfinite(told).all() or not np.any(told):
+        return []
+    together = float(told @ rate)
+    alike = together**2 / max(float(told @ told) * float(rate @ rate), 1e-300)
+    times = together / max(float(rate @ rate), 1e-300)
+    if alike < _ALIKE or abs(times - 1.0) <= _OFF:
+        return []
+    return [
+        f"the recorded speed is {times:.3g} times the rate of the position, which is relied on: "
+        "check unit, scale and gear of both in the map"
+    ]
