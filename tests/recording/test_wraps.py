@@ -53,6 +53,20 @@ def test_what_starts_again_is_found_with_its_period(values: np.ndarray, said: st
         assert np.abs(np.diff(whole)).max() < 0.05 * (found.high - found.low)
 
 
+@pytest.mark.parametrize("period", [25.0, 8.0 * math.pi, 191.0])
+def test_the_range_of_an_actuator_on_can_is_one(tmp_path: Path, period: float) -> None:
+    """Positions in rad that go on at the other end of +-12.5, +-4 pi or +-95.5: a map has it."""
+    angle = 1.6 * period * np.sin(2.0 * np.pi * 0.4 * TIME)
+    sent = folded(angle, period)
+    found = find_wrap(sent, "rad")
+    assert found is not None and found.wrap.period == period
+    np.testing.assert_allclose(unwrapped(sent, period), angle, atol=1e-9)
+    assert find_wrap(0.4 * period * np.sin(2.0 * np.pi * 0.4 * TIME), "rad") is None
+    path = table(tmp_path / "a.csv", t_s=TIME, pos_rad=sent)
+    proposed = propose(survey(path)).map
+    assert proposed is not None and f"wrap: {found.wrap.in_map}" in map_yaml(proposed)
+
+
 @pytest.mark.parametrize(
     "values",
     [

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .flaws import SATURATED, Flaw, find_flaws
-from .headers import told
+from .headers import ending, told
 from .names import TIMED, holds, words
 from .signals import FloatArray, StampArray
 from .units import plain
@@ -73,7 +73,7 @@ class HealthMeter:
             known = values[np.isfinite(values)]
             whole = bool((known == np.round(known)).all())
             self.whole[name] = self.whole.get(name, True) and whole
-            found = find_wrap(values, plain(told(name, self._units.get(name, ""))))
+            found = find_wrap(values, plain(told(name, self._units.get(name, ""))) or ending(name))
             if found is not None:
                 before = self._wraps.get(name)
                 if before is not None:

@@ -15,10 +15,13 @@ from .signals import FloatArray
 TURN = "rev"
 _BITS = re.compile(r"(signed\s+)?(\d{1,2})\s*bits?$")
 _COUNTERS = (10, 12, 13, 14, 15, 16, 17, 18, 19, 20, 22, 24, 32)  # bits of encoders and registers
+# What actuators on CAN send a position in, rad: +-12.5, +-4 pi or +-95.5, two bytes over it all
+# (the MIT Mini Cheetah's protocol, and what came of it).
+_CAN = (25.0, 8.0 * math.pi, 191.0)
 # One turn by the unit that a header tells; without one what only a turn can be.
 _TURNS = {
     "": (math.tau, 360.0, 3600.0, 36000.0),
-    "rad": (math.tau,),
+    "rad": (math.tau, *_CAN),
     "mrad": (math.tau * 1e3,),
     "deg": (360.0,),
     "rev": (1.0,),
@@ -48,7 +51,7 @@ class Wrap:
     @property
     def in_map(self) -> float | int | str:
         """The value of the map's key."""
-        if self.text != f"{self.period:g}":
+        if self.text not in (f"{self.period:g}", f"{self.period:.16g}"):
             return self.text
         return int(self.period) if self.period.is_integer() else self.period
 
