@@ -278,24 +278,31 @@ class Balance:
         share = UNMODELLED * (_ALONG_A_WAVE if wave else 1.0)
         return share * float(np.std(self.effort[self.usable]))
 
-    def _modelled(self, solution: Solution, rows: BoolArray) -> FloatArray:
-        """How far coefficients may be off by what no model explains, float64[k]."""
+    def _modelled(self, solution: Solution, rows: BoolArray, left: float) -> FloatArray:
+        """How far coefficients may be off by what no model explains, and by what is `left`,
+        float64[k]."""
         columns, weights = self.columns(solution.terms)[rows], solution.weights[rows]
         inverse = self._inverse(solution, columns, weights)
         told = inverse @ ((columns * weights[:, None]).T @ columns) @ inverse
         size = [
-            self.unmodelled(wave=one.rate != 0.0)
+            math.hypot(self.unmodelled(wave=one.rate != 0.0), left)
             for one in solution.terms
             for _ in range(one.columns.shape[0])
         ]
         made: FloatArray = size * np.sqrt(np.maximum(np.diag(told), 0.0) * weights.sum())
         return made
 
-    def intervals(self, solution: Solution, rows: BoolArray) -> dict[str, list[Interval]]:
-        """95 % intervals of the parameters of each term, by its key; by the delta method."""
+    def intervals(
+        self, solution: Solution, rows: BoolArray, left: float = 0.0
+    ) -> dict[str, list[Interval]]:
+        """95 % intervals of the parameters of each term, by its key; by the delta method.
+
+        left: RMS of the structure that is still left: a further effect of that size would bend the
+        values of those that were found.
+        """
         covariance, count = self.covariance(solution, rows)
         unsure = self.unsure(solution, rows)
-        modelled = self._modelled(solution, rows)
+        modelled = self._modelled(solution, rows, left)
         own = self.model.counted == 1.0
         gain = next((at for at, one in enumerate(_keys(solution.terms)) if one == "gain"), None)
         quantile = float(student.ppf(0.975, max(count - solution.coefficients.size, 2)))

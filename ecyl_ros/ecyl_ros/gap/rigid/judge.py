@@ -94,6 +94,8 @@ class Judgement:
         # Gap figures are those of fits that saw a part; values are fitted again to all of it.
         self.whole = null.fit(contest.order, balance.usable)
         self.spans = balance.intervals(self.whole, balance.usable)
+        structure = max(self.whole.rms(balance.usable) ** 2 - floor**2, 0.0)
+        self._told = balance.intervals(self.whole, balance.usable, math.sqrt(structure))
         self._void = self._voids()
         self.certainty = Certainty(balance, contest, self.judged, floor, catalogue.along)
         self.notes: list[str] = []
@@ -233,7 +235,7 @@ class Judgement:
                 self._alike[term.key] = alternatives
                 more = shares.get(term.effect, 0.0)
                 shares[term.effect] = max(more, (previous - now) / surplus)
-            parameters = [FittedParameter(*one) for one in self.spans[term.key]]
+            parameters = [FittedParameter(*one) for one in self._told[term.key]]
             sure, others = self._sure[term.key][1], self._alike[term.key]
             taken_off = (previous - now) / surplus
             found.append(
