@@ -247,8 +247,9 @@ class Balance:
         ridge = np.diag(solution.prior**2 * solution.share)
         gram = (columns * weights[:, None]).T @ columns + ridge
         blurred = self._blurred(solution.terms)
+        size = np.sqrt(np.diag(gram))
+        size[size == 0.0] = 1.0
         gram -= freed(gram, blurred, float(weights.sum()) * self.blur.noise**2)
-        size = np.sqrt(np.maximum(np.diag(gram), 1e-300))
         scaled = gram / np.outer(size, size)
         made: FloatArray = np.linalg.pinv(scaled, hermitian=True) / np.outer(size, size)
         return made
