@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -10,7 +12,7 @@ from ecyl_ros.gap.study.cylinder.stage import hidden_phases
 from ecyl_ros.gap.study.examine import Outcome
 from ecyl_ros.gap.study.score.figures import figures
 from ecyl_ros.gap.study.score.laws import law_lines
-from ecyl_ros.gap.study.score.own_curve import off_own_curve
+from ecyl_ros.gap.study.score.own_curve import has_own_curve, off_own_curve
 
 ROD_PER_ROTOR_M = 1.5e-3
 SPEEDS = np.linspace(-120.0, 120.0, 25)
@@ -66,6 +68,12 @@ def test_another_size_place_or_variable_is_not_its_own_curve() -> None:
     assert off_own_curve(law, FRICTION) == pytest.approx(0.2)
     assert off_own_curve(_law("load_friction", ["speed"], SPEEDS, drag), FRICTION) is None
     assert off_own_curve(_law("rotor_friction", ["position"], SPEEDS, drag), FRICTION) is None
+
+
+def test_a_rigid_drive_has_no_curve_at_the_ports_of_a_cylinder() -> None:
+    """Its effects of the same names have other parameters: they are not scored."""
+    assert has_own_curve(SPRING)
+    assert not has_own_curve(dataclasses.replace(SPRING, drives="rigid"))
 
 
 def test_only_what_was_visited_counts() -> None:

@@ -60,8 +60,9 @@ _AT_ROD = ("constant_load", "spring_load", "periodic_disturbance")
 
 
 def has_own_curve(case: Case) -> bool:
-    """Whether what was withheld is a static law that a description could give back."""
-    return case.kind == "withheld" and set(case.effects) <= set(_CURVES)
+    """Whether a static effect was withheld of a cylinder, so that a law could give it back."""
+    static = case.kind == "withheld" and set(case.effects) <= set(_CURVES)
+    return static and case.drives != "rigid"
 
 
 def off_own_curve(law: Mapping[str, Any], case: Case) -> float | None:
