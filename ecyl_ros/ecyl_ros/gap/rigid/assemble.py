@@ -21,7 +21,7 @@ from .locate import by_condition, by_frequency, by_port
 from .measured import costs, measured
 from .other_motion import unused_motion
 from .replay import Replay, replay
-from .runaway import without_runaways
+from .runaway import ran_away, without_runaways
 from .sheet import sheet_values
 from .witness import borne_out, heard, refuted
 
@@ -40,7 +40,8 @@ def assembled(
     ruling, light = borne_out(ruled, terms, judgement.catalogue.model)
     played = replay(judgement, ruling)
     over_time = any(one.over_time for one in terms)
-    ruling, far = refuted(ruling, played, over_time=over_time)
+    lost, _ = ran_away(played, judgement.judged)
+    ruling, far = refuted(ruling, played, silent=over_time or lost)
     if far:
         played = replay(judgement, ruling)
     ruling, worse = heard(ruling, played, over_time=over_time)

@@ -22,9 +22,7 @@ def without_runaways(played: Replay, judged: BoolArray) -> Replay:
 
     judged: bool[m], rows that figures are of.
     """
-    rows = [at for at, one in enumerate(played.signals) if one.name in _MOTION]
-    rows = rows if played.recorded.size else []
-    before, after = (_away(played, run, rows, judged) for run in (played.before, played.after))
+    before, after = ran_away(played, judged)
     if not (before or after):
         return played
     nan = math.nan
@@ -50,6 +48,13 @@ def without_runaways(played: Replay, judged: BoolArray) -> Replay:
         after=np.full_like(played.after, nan) if after else played.after,
         notes=(*played.notes, note),
     )
+
+
+def ran_away(played: Replay, judged: BoolArray) -> tuple[bool, bool]:
+    """Whether the replays ran away: with the nominal model, and with what was found."""
+    rows = [at for at, one in enumerate(played.signals) if one.name in _MOTION]
+    rows = rows if played.recorded.size else []
+    return _away(played, played.before, rows, judged), _away(played, played.after, rows, judged)
 
 
 def _away(played: Replay, run: FloatArray, rows: list[int], judged: BoolArray) -> bool:

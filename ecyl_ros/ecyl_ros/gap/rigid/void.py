@@ -16,7 +16,7 @@ from .sheet import sheet_value, within
 from .solution import Solution
 
 _PARTS = 4  # of the time, in which a sine has to be the same
-_OTHER = 0.5  # of its amplitude, that it may be another in a part of the time
+_OTHER = 0.5  # of its size, that it may be another in a part of the time
 _SURE = 3.0  # standard errors that it has to be another by
 _EXPLAINS = 0.5  # of the effort's RMS: a model that leaves more has hardly any of it
 SHEET = "within the tolerance of the data sheet"
@@ -88,11 +88,13 @@ def _drowns(balance: Balance, solution: Solution, term: Term) -> bool:
 
 
 def _comes_and_goes(balance: Balance, solution: Solution, term: Term) -> bool:
-    """Whether a sine is another one, by size or phase, in some part of the time."""
+    """Whether a sine gives something else, by size or phase, in some part of the time.
+
+    By what it gives where the motion went: over a small arc very different sines are one.
+    """
     columns, values = balance.columns([term]), solution.of(term)
     target = solution.residual + columns @ values
     rows = np.flatnonzero(balance.usable)
-    size = math.hypot(*values) / math.sqrt(values.size / 2.0)  # a pair for each recording
     for part in np.array_split(rows, _PARTS):
         there = np.any(columns[part] != 0.0, axis=0)  # of the recordings that it is in
         inside = columns[part][:, there]
@@ -100,8 +102,9 @@ def _comes_and_goes(balance: Balance, solution: Solution, term: Term) -> bool:
         left = float(np.mean((target[part] - inside @ found) ** 2))
         # Neighbouring samples say the same thing: stretches count, not samples.
         pieces = max(np.unique(balance.stretch[part]).size, 2)
-        spread = np.sqrt(2.0 * left / max(float(np.mean(inside**2)), 1e-300) / pieces)
-        off = math.hypot(*(found - values[there]))
+        spread = math.sqrt(inside.shape[1] * left / pieces)
+        size = float(np.sqrt(np.mean((inside @ values[there]) ** 2)))
+        off = float(np.sqrt(np.mean((inside @ (found - values[there])) ** 2)))
         if off > _OTHER * size and off > _SURE * spread:
             return True
     return False

@@ -47,12 +47,13 @@ def _without_causes(ruling: Ruling) -> Ruling:
     )
 
 
-def refuted(ruling: Ruling, played: Replay, *, over_time: bool) -> tuple[Ruling, str]:
+def refuted(ruling: Ruling, played: Replay, *, silent: bool) -> tuple[Ruling, str]:
     """The ruling in the light of its replay, and a note where it is another than before.
 
-    Causes that take a signal further away again than it was are none. over_time: see `heard`.
+    Causes that take a signal further away again than it was are none. silent: the replay says
+    nothing of them: a sine of time is among them (see `heard`), or it runs away without them.
     """
-    if not ruling.named or over_time:
+    if not ruling.named or silent:
         return ruling, ""
     off = [
         one for one in played.signals if one.after > max(_FAR * one.gap, STRUCTURELESS * one.floor)
