@@ -64,6 +64,17 @@ def test_over_a_small_arc_a_spring_may_be_the_weight_of_an_arm(reach: float, tol
         assert result.causes or "gravity on arm" in " ".join([result.reason, *result.notes])
 
 
+def test_a_weight_over_a_small_arc_is_there_all_the_time() -> None:
+    """An arm that swings by 20 degrees to either side about level: its weight is named, whatever
+    sine of the turn each part of the recording would prefer."""
+    m = motion(0.35)
+    effort = 0.2 * m.a + 8.0 * np.cos(m.q + 0.07) + 1.2 * np.sign(m.v)
+    machine = dataclasses.replace(ROTARY, inertia=0.2)
+    found = _causes(diagnose(recorded(m, effort, machine, 0.4, 1e-4), machine))
+    assert "gravity_on_arm" in found
+    assert found["gravity_on_arm"].parameters[0].value == pytest.approx(8.0, rel=0.1)
+
+
 def test_drag_of_a_spin_one_way_is_told_from_a_level_by_its_run_up() -> None:
     """Nine tenths of the time at one speed: too alike by their variance, told by what is left."""
     t = np.arange(int(30.0 * RATE_HZ)) / RATE_HZ

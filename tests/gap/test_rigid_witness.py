@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 
+import numpy as np
 import pytest
 from rigid_machines import ROTARY, motion, recorded
 
@@ -74,3 +75,21 @@ def test_a_replay_that_goes_twice_as_far_off_refutes_its_cause(monkeypatch) -> N
     result = diagnose(_light(0.5), ROTARY)
     assert result.verdict in ("unexplained", "described") and not result.causes
     assert any("times as far off as without: wrong rotor" in note for note in result.notes)
+
+
+def test_a_replay_that_runs_away_without_causes_refutes_none(monkeypatch) -> None:
+    """Friction that the file leaves out: the replay goes further off than the recording moves,
+    without its cause and with it, which says nothing of the cause."""
+    m = motion(1.0)
+    effort = 0.02 * m.a + 0.2 * np.sign(m.v)
+    recording = recorded(m, effort, ROTARY, 1e-3, 1e-5)
+
+    def away(judgement: Judgement, ruling: Ruling) -> Replay:
+        at = judgement.motion.position[judgement.motion.rows]
+        signals = (SignalGap("position", "rad", 30.0, 90.0, 1.0),)
+        return Replay(signals, at[None], at[None] + 50.0, at[None] + 150.0)
+
+    monkeypatch.setattr(assemble, "replay", away)
+    result = diagnose(recording, ROTARY)
+    assert [one.effect for one in result.causes] == ["rotor_coulomb_friction"]
+    assert any("runs away" in note for note in result.notes)
