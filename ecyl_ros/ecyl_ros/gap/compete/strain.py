@@ -19,8 +19,9 @@ from ..fit.robust import robust_weights
 from ..replay.replay import FloatArray
 from ..sheet import PULL_PRICE
 
-# The square of a normal variable by chance: 1 of 2000 sound constants saves more.
-STRAINED = 12.0
+# The square of a normal variable that is two tolerances, four standard deviations, off. A sheet has
+# a dozen constants: one healthy machine in a thousand has one so far off by chance.
+STRAINED = 16.0
 UNSEEN = 1e-3  # share below which a constant is where the sheet has it
 
 
