@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ecyl_ros.drive.rigid.machine import Machine
+from ecyl_ros.gap.diagnosis import Cause, Diagnosis
 from ecyl_ros.recording.signals import Recording
 
 RATE_HZ = 1000.0
@@ -37,6 +38,17 @@ def motion(amplitude: float, seed: int = 3, duration_s: float = 20.0) -> Motion:
         (size * w * np.cos(phase)).sum(0),
         (-size * w**2 * np.sin(phase)).sum(0),
     )
+
+
+def along(v: np.ndarray) -> Motion:
+    """The motion of a speed, float64[n], by its differences."""
+    t = np.arange(v.size) / RATE_HZ
+    return Motion(t, np.cumsum(v) / RATE_HZ, v, np.gradient(v, 1.0 / RATE_HZ))
+
+
+def causes(result: Diagnosis) -> dict[str, Cause]:
+    """What a diagnosis names, by effect."""
+    return {one.effect: one for one in result.causes}
 
 
 def recorded(

@@ -27,7 +27,7 @@ def test_the_search_ends_at_two_causes_where_replays_cost_too_much(
     drive = exact("bench")
     replay = Replay(record_case(Case(0, 7, "pair", TRUE), drive), drive, "recording")
     fitter = Fitter(replay, held_out(replay.time_s))
-    found = compete(fitter, fitter.nominal, tuple(TRUE), lambda stage, share: None)
+    found = compete(fitter, tuple(TRUE), lambda stage, share: None)
     assert len(found.winner.names) <= 2
     assert found.unsearched == 3
 

@@ -6,20 +6,10 @@ import dataclasses
 
 import numpy as np
 import pytest
-from rigid_machines import RATE_HZ, ROTARY, Motion, motion, recorded
+from rigid_machines import RATE_HZ, ROTARY, along, causes, motion, recorded
 
 from ecyl_ros.gap.diagnose import diagnose
 from ecyl_ros.gap.rigid.normal import solve
-
-
-def _causes(result) -> dict:
-    return {one.effect: one for one in result.causes}
-
-
-def _along(v: np.ndarray) -> Motion:
-    """The motion of a speed, float64[n]."""
-    t = np.arange(v.size) / RATE_HZ
-    return Motion(t, np.cumsum(v) / RATE_HZ, v, np.gradient(v, 1.0 / RATE_HZ))
 
 
 def test_a_joint_that_moves_for_a_tenth_of_the_time_shows_its_friction() -> None:
@@ -29,12 +19,12 @@ def test_a_joint_that_moves_for_a_tenth_of_the_time_shows_its_friction() -> None
     way = np.where((t // 4.0) % 2 == 0, 1.0, -1.0)
     v = way * np.sin(np.pi * phase) ** 2
     v[phase >= 1.0] = 0.0
-    m = _along(v)
+    m = along(v)
     rng = np.random.default_rng(5)
     held = np.repeat(rng.uniform(-0.25, 0.25, 80), int(RATE_HZ))
     effort = 0.02 * m.a + np.where(v == 0.0, held, 0.3 * np.sign(v))
     result = diagnose(recorded(m, effort, ROTARY, 0.01, 1e-5), ROTARY)
-    found = _causes(result)
+    found = causes(result)
     assert result.verdict == "explained" and set(found) == {"rotor_coulomb_friction"}
     assert found["rotor_coulomb_friction"].parameters[0].value == pytest.approx(0.3, rel=0.05)
 
@@ -47,7 +37,7 @@ def test_friction_is_named_though_the_drive_chatters_at_its_top_speed() -> None:
     chatter = np.convolve(rng.normal(size=m.t.size), np.hanning(60), "same")
     chatter *= 0.25 / np.std(chatter)
     effort = 0.02 * m.a + 0.3 * np.sign(m.v) + 0.05 * m.v + np.where(top, chatter, 0.0)
-    found = _causes(diagnose(recorded(m, effort, ROTARY, 0.02, 1e-5), ROTARY))
+    found = causes(diagnose(recorded(m, effort, ROTARY, 0.02, 1e-5), ROTARY))
     assert set(found) == {"rotor_coulomb_friction", "rotor_viscous_friction"}
     assert found["rotor_coulomb_friction"].parameters[0].value == pytest.approx(0.3, rel=0.15)
 
@@ -59,7 +49,7 @@ def test_over_a_small_arc_a_spring_may_be_the_weight_of_an_arm(reach: float, tol
     m = motion(reach)
     effort = 0.02 * m.a + 0.4 * m.q / reach
     result = diagnose(recorded(m, effort, ROTARY, 0.01, 1e-6), ROTARY)
-    assert (set(_causes(result)) == {"spring_load"}) is told
+    assert (set(causes(result)) == {"spring_load"}) is told
     if not told:
         assert all(one.alternatives == ("spring_load",) for one in result.causes)
         assert result.causes or "gravity on arm" in " ".join([result.reason, *result.notes])
@@ -70,20 +60,20 @@ def test_a_weight_over_a_small_arc_is_there_all_the_time() -> None:
     whatever sine of the turn each quarter of the time would prefer on its few degrees."""
     t = np.arange(int(40.0 * RATE_HZ)) / RATE_HZ
     slow, fast = 2.0 * np.pi / 40.0, 2.0 * np.pi * 0.7
-    m = _along(0.3 * slow * np.cos(slow * t) + 0.03 * fast * np.cos(fast * t))
+    m = along(0.3 * slow * np.cos(slow * t) + 0.03 * fast * np.cos(fast * t))
     effort = 0.2 * m.a + 8.0 * np.sin(m.q + 0.07) + 0.4 * np.sign(m.v)
     machine = dataclasses.replace(ROTARY, inertia=0.2)
-    found = _causes(diagnose(recorded(m, effort, machine, 0.4, 1e-5), machine))
+    found = causes(diagnose(recorded(m, effort, machine, 0.4, 1e-5), machine))
     assert "gravity_on_arm" in found and "spring_load" not in found
 
 
 def test_drag_of_a_spin_one_way_is_told_from_a_level_by_its_run_up() -> None:
     """Nine tenths of the time at one speed: too alike by their variance, told by what is left."""
     t = np.arange(int(30.0 * RATE_HZ)) / RATE_HZ
-    m = _along(200.0 * (1.0 - np.exp(-t / 1.5)) * (1.0 + 0.02 * np.sin(0.8 * t)))
+    m = along(200.0 * (1.0 - np.exp(-t / 1.5)) * (1.0 + 0.02 * np.sin(0.8 * t)))
     machine = dataclasses.replace(ROTARY, inertia=1e-4)
     effort = 1e-4 * m.a + 1.5e-4 * m.v
-    found = _causes(diagnose(recorded(m, effort, machine, 2e-4, 1e-4), machine))
+    found = causes(diagnose(recorded(m, effort, machine, 2e-4, 1e-4), machine))
     assert "rotor_viscous_friction" in found
     value = found["rotor_viscous_friction"].parameters[0].value
     assert value == pytest.approx(1.5e-4, rel=0.05)

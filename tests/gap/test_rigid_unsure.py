@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 
 import numpy as np
-from rigid_machines import LINEAR, RATE_HZ, ROTARY, Motion, motion, recorded
+from rigid_machines import LINEAR, RATE_HZ, ROTARY, Motion, along, causes, motion, recorded
 
 from ecyl_ros.drive.rigid.machine import Machine
 from ecyl_ros.gap.diagnose import diagnose
@@ -16,10 +16,6 @@ M = motion(0.1)
 S = np.sign(M.v)
 
 
-def _causes(result) -> dict:
-    return {one.effect: one for one in result.causes}
-
-
 def _pausing() -> Motion:
     """Motion that stands for 1 s in every 4 s, by a smooth speed."""
     t = np.arange(int(24.0 * RATE_HZ)) / RATE_HZ
@@ -27,7 +23,7 @@ def _pausing() -> Motion:
     way = np.where((t // 4.0) % 2 == 0, 1.0, -1.0)
     v = way * 0.1 * np.sin(np.pi * phase) ** 2 * (1.0 + 0.3 * np.sin(6.0 * np.pi * phase))
     v[phase >= 1.0] = 0.0
-    return Motion(t, np.cumsum(v) / RATE_HZ, v, np.gradient(v, 1.0 / RATE_HZ))
+    return along(v)
 
 
 def test_rest_is_rest() -> None:
@@ -45,7 +41,7 @@ def test_what_friction_holds_at_rest_is_no_gap() -> None:
     """Level 9 N in motion; at rest anything below it: friction of 9 N alone is named."""
     m = _pausing()
     holding = 9.0 * np.sign(m.v) + np.where(m.v == 0.0, 6.0 * np.sin(0.7 * m.t), 0.0)
-    found = _causes(diagnose(recorded(m, 20.0 * m.a + holding, LINEAR, 0.3, 1e-6), LINEAR))
+    found = causes(diagnose(recorded(m, 20.0 * m.a + holding, LINEAR, 0.3, 1e-6), LINEAR))
     assert set(found) == {"load_coulomb_friction"}
     assert abs(found["load_coulomb_friction"].parameters[0].value - 9.0) < 0.3
 
@@ -57,7 +53,7 @@ def test_by_voltage_viscous_friction_and_back_emf_share() -> None:
     volts = dataclasses.replace(machine, gain=1.0)
     effort = (0.02 * m.a + 0.05 * m.v) / 0.2
     recording = recorded(m, effort, volts, 0.02, 1e-5)
-    found = _causes(diagnose(recording, machine))
+    found = causes(diagnose(recording, machine))
     assert "back_emf_error" in found["rotor_viscous_friction"].alternatives
     assert found["rotor_viscous_friction"].confidence < 0.9
 
@@ -70,7 +66,7 @@ def test_at_even_speed_a_line_is_not_surely_of_the_turn() -> None:
     effort = 0.1 + 0.05 * np.sin(7.0 * m.q)
     result = diagnose(recorded(m, effort, machine, 0.002, 1e-5), machine)
     assert all(one.confidence < 0.9 for one in result.causes)
-    assert "rotor_viscous_friction" not in _causes(result)
+    assert "rotor_viscous_friction" not in causes(result)
 
 
 def test_an_effort_that_stands_while_the_output_moves_is_left_out() -> None:
@@ -91,7 +87,7 @@ def test_two_samples_of_lag_are_no_delay() -> None:
     """Effort 1.8 samples ahead of the motion beside friction: no delay is named, nor told of."""
     effort = np.interp(M.t + 1.8 / RATE_HZ, M.t, 20.0 * M.a + 9.0 * np.sign(M.v))
     result = diagnose(recorded(M, effort, LINEAR, 0.3, 1e-6), LINEAR)
-    assert set(_causes(result)) == {"load_coulomb_friction"}
+    assert set(causes(result)) == {"load_coulomb_friction"}
     assert not any("delay" in note and "named" in note for note in result.notes)
 
 
@@ -105,5 +101,5 @@ def test_a_place_that_was_passed_once_is_no_jam() -> None:
     once = Motion(t, np.cumsum(v) / RATE_HZ, v, np.gradient(v, 1.0 / RATE_HZ))
     drag = 9.0 * (np.abs(once.q - 0.2) < 0.06)
     alone = diagnose(recorded(once, 20.0 * once.a + drag, LINEAR, 0.3, 1e-6), LINEAR)
-    assert "local_jam" not in _causes(alone)
+    assert "local_jam" not in causes(alone)
     assert any("passed once" in note for note in alone.notes)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -15,6 +16,7 @@ from .effect import FloatArray
 
 _SOFT = 1e-3  # of the largest speed: below it the sign of the speed is not trusted
 _SOFTEST = 0.03  # of it: beyond, a level would look like a rise with speed
+_SAME = 0.01  # of the power of what depends on position: two forms that nothing tells apart
 
 
 class Turn(NamedTuple):
@@ -83,6 +85,17 @@ class Along:
     def rubs(self) -> bool:
         """Whether the nominal model has friction of some level."""
         return any(self.model.coulomb) or self.model.keys.coulomb > 0.0
+
+    @cached_property
+    def on_small_arc(self) -> bool:
+        """Whether a rotary output stays where the weight of an arm gives what a spring does."""
+        if self.machine.linear:
+            return False
+        angle = self.motion.position[self.motion.usable]
+        off = angle - angle.mean()
+        weight = np.stack([np.sin(angle), np.cos(angle), np.ones_like(angle)], axis=1)
+        left = off - weight @ np.linalg.lstsq(weight, off, rcond=None)[0]
+        return bool(np.sum(left**2) <= _SAME * np.sum(off**2))
 
     @property
     def unstated(self) -> frozenset[str]:

@@ -37,9 +37,6 @@ EFFECT = Effect(
 )
 
 
-_SAME = 0.01  # of the power of what depends on position: two forms that nothing tells apart
-
-
 def term(along: Along, slope: bool = False) -> Term:
     """An effort in proportion to position; its rest position goes into a constant.
 
@@ -59,20 +56,9 @@ def term(along: Along, slope: bool = False) -> Term:
         },
         low=(-math.inf if slope else -along.model.stiffness, -math.inf),
         refines=("constant_load",),
-        alternatives=("gravity_on_arm",) if _like_a_weight(along) else (),
+        alternatives=("gravity_on_arm",) if along.on_small_arc else (),
         mean=True,
     )
-
-
-def _like_a_weight(along: Along) -> bool:
-    """Whether the weight of an arm gives the same over the angles visited."""
-    if along.machine.linear:
-        return False
-    angle = along.motion.position[along.motion.usable]
-    off = angle - angle.mean()
-    weight = np.stack([np.sin(angle), np.cos(angle), np.ones_like(angle)], axis=1)
-    left = off - weight @ np.linalg.lstsq(weight, off, rcond=None)[0]
-    return bool(np.sum(left**2) <= _SAME * np.sum(off**2))
 
 
 RIGID = RigidForm(

@@ -120,7 +120,7 @@ def judged(
         nothing = Competition(nominal, nominal, (), nominal, (), {})
         return Judged(fitter, nothing, nominal, (), True, barred)
     names = [name for name in CATALOGUE if name not in barred]
-    competition = compete(fitter, nominal, names, lambda stage, share: tell(0.02 + 0.98 * share))
+    competition = compete(fitter, names, lambda stage, share: tell(0.02 + 0.98 * share))
     closest = competition.winner
     competition, odd = without_stand_ins(competition, fitter)
     competition, alike = without_coincidence(competition, fitter)

@@ -62,8 +62,7 @@ def ending(name: str, dimensions: Collection[str] = ()) -> str:
     if found is None:
         return ""
     word = _SLASHED.get(found[1], found[1])
-    cased = _CASED.get(word.lower(), word)
-    for spelling in (cased, word) if word.lower() == "nm" else (word, cased, word.lower()):
+    for spelling in (_CASED.get(word.lower(), word), word, word.lower()):
         unit = plain(spelling)
         dimension = dimension_of(unit)
         if dimension is not None and (not dimensions or dimension in dimensions):

@@ -55,15 +55,15 @@ class Competition:
     unsearched: int = 0
 
 
-def compete(fitter: Fitter, nominal: Fit, names: Sequence[str], report: Report) -> Competition:
-    """Let the effects `names` compete for the gap that `nominal`, the bare model, leaves.
+def compete(fitter: Fitter, names: Sequence[str], report: Report) -> Competition:
+    """Let the effects `names` compete for the gap that the bare model leaves.
 
     report: takes a stage and the share done.
     """
     field = Candidates(fitter, names)
     if fitter.divided_by(field.null):
-        nominal = fitter.nominal
         field = Candidates(fitter, names)
+    nominal = fitter.nominal
     forms = Forms(field)
     fitter.test_floor(field.null)
     if field.null is not nominal and surely_at_noise(fitter, field.null):

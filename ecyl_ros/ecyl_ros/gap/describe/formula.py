@@ -21,6 +21,7 @@ _MOST_TERMS = 4
 _AS_WELL = 0.05  # of the table's RMS
 _HARMONICS = 12
 _MOST_TURNS = 12.1
+_PLACES = 4.0  # of the table in a period: fewer could as well be of another one
 _SYMBOLS = {
     "position": "x",
     "rotor_angle": "a",
@@ -97,7 +98,7 @@ def _forms(name: str, unit: str, x: FloatArray) -> list[Term]:
     if name in PERIODS:
         return [
             _wave(f"{order if order > 1 else ''}{symbol}", order * x)
-            for order in range(1, min(_HARMONICS, len(np.unique(x)) // 4) + 1)
+            for order in range(1, min(_HARMONICS, int(len(np.unique(x)) / _PLACES)) + 1)
         ]
     powers: list[tuple[str, int, Callable[[FloatArray], FloatArray]]] = [
         (symbol, 1, lambda v: v),
@@ -114,8 +115,7 @@ def _forms(name: str, unit: str, x: FloatArray) -> list[Term]:
         found.append([(f"sgn({symbol})", "", np.sign(x))])
     if name in ("position", "time"):
         reach = float(np.ptp(x))
-        # Fewer than four places of the table in a period could as well be of another one.
-        most = min(_MOST_TURNS, (len(np.unique(x)) - 1) / 4.0)
+        most = min(_MOST_TURNS, (len(np.unique(x)) - 1) / _PLACES)
         for turns in np.arange(0.75, most + 0.01, 0.05):
             rate = 2.0 * math.pi * turns / reach
             length = f"{reach / turns:.3g} {unit}"

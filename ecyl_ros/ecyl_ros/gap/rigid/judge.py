@@ -6,12 +6,13 @@ import dataclasses
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from ...effects import constant_load, load_coulomb_friction, load_viscous_friction
 from ...effects.catalogue import EFFECTS
-from ...effects.term import Term
+from ...effects.term import Interval, Term
 from ..diagnosis import Cause, FittedParameter
 from ..judge.verdict import (
     HELPS,
@@ -94,8 +95,6 @@ class Judgement:
         # Gap figures are those of fits that saw a part; values are fitted again to all of it.
         self.whole = null.fit(contest.order, balance.usable)
         self.spans = balance.intervals(self.whole, balance.usable)
-        structure = max(self.whole.rms(balance.usable) ** 2 - floor**2, 0.0)
-        self._told = balance.intervals(self.whole, balance.usable, math.sqrt(structure))
         self._void = self._voids()
         self.certainty = Certainty(balance, contest, self.judged, floor, catalogue.along)
         self.notes: list[str] = []
@@ -103,6 +102,13 @@ class Judgement:
         self._alike: dict[str, tuple[str, ...]] = {}
         self._shares: dict[str, float] = {}
         self.competed = contest.order
+
+    @cached_property
+    def _told(self) -> dict[str, list[Interval]]:
+        """`spans`, as wide as the structure that is left could bend them: what is reported."""
+        rows = self.balance.usable
+        structure = max(self.whole.rms(rows) ** 2 - self.floor**2, 0.0)
+        return self.balance.intervals(self.whole, rows, math.sqrt(structure))
 
     def void(self, term: Term) -> str:
         """Why a term of the closest set is no cause; empty where it may be one."""

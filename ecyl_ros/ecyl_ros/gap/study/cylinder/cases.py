@@ -200,12 +200,15 @@ def complete_case(case: Case, setup_of: DriveParameters | Setup | Callable[[int]
                 raise
             continue
         held = nominal_values(setup.drive)
+        facts = setup.facts
+        if case.kind == "withheld":  # by which a force described at the rotor is scored
+            facts = facts | {"rod_per_rotor_m": setup.drive.transmission.rod_per_rotor}
         return replace(
             case,
             seed=seed,
             effects=effects,
             gaps=gaps,
-            facts=setup.facts | {"rod_per_rotor_m": setup.drive.transmission.rod_per_rotor},
+            facts=facts,
             constants=true_constants(stage.with_effects(effects, seed), setup.drive),
             tolerances=stated_tolerances(case.sheet),
             nominal={

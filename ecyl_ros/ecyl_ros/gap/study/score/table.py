@@ -22,10 +22,7 @@ def case_line(case: Case) -> str:
     ]
     withheld = f", withheld {', '.join(case.withheld)}" if case.withheld else ""
     unseen = f", not to be seen {', '.join(case.unseen)}" if case.unseen else ""
-    shown = case.facts.keys() - {"rod_per_rotor_m"}  # that of the sheet, for the scores
-    plain = {
-        key: one for key, one in case.facts.items() if key in shown and not isinstance(one, dict)
-    }
+    plain = {key: one for key, one in case.facts.items() if not isinstance(one, dict)}
     facts = ", ".join(f"{key} {_fact(one)}" for key, one in plain.items() if one not in ([], None))
     return (
         f"case {case.index} {case.kind}: {' + '.join(held) or 'nothing'}{withheld}{unseen}"
