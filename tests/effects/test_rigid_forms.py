@@ -57,6 +57,7 @@ def _course() -> SimpleNamespace:
         raw_position=position,
         velocity=velocity,
         acceleration=-5.2 * np.sin(2.0 * T),
+        quiet=lambda values: values,
         speed_noise=0.0,
         usable=np.ones(T.size, dtype=bool),
     )

@@ -55,7 +55,7 @@ def term(along: Along, shared: bool) -> Term:
 
     shared: over the nominal load; by the acceleration alone where no inertia is known.
     """
-    acceleration = along.motion.acceleration
+    acceleration = along.motion.quiet(along.motion.acceleration)
     inertia, constant = _carried(along.model)
     carried = np.abs(inertia * acceleration + constant) if shared else np.abs(acceleration)
     name, unit = ("coefficient", "1") if shared else along.units.inertia

@@ -61,7 +61,7 @@ def term(along: Along, order: float, effort: FloatArray) -> Term:
         of_effort=False,
         again=lambda explained, values: term(along, order, explained),
     )
-    return replace(share, columns=effort * share.columns)
+    return replace(share, columns=along.motion.quiet(effort) * share.columns)
 
 
 RIGID = RigidForm(

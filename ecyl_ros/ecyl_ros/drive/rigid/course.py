@@ -46,6 +46,13 @@ class Course:
         """The samples of each recording that the motion is of, in order."""
         return (slice(0, self.time_s.size),)
 
+    def quiet(self, values: FloatArray) -> FloatArray:
+        """float64[n] that follow the acceleration, as far as they say more than its noise.
+
+        For what is not linear in them: the size of noise is not zero on average.
+        """
+        return values
+
     @property
     def own_s(self) -> FloatArray:
         """float64[n], seconds from the first sample of the recording that a sample is of."""

@@ -94,6 +94,13 @@ class Motion(Course):
         begins = [part.start for part in self.parts]
         return np.searchsorted(begins, self.rows, side="right") - 1
 
+    def quiet(self, values: FloatArray) -> FloatArray:
+        """See `Course`: low-passed where noise overtakes."""
+        if not self.weight_hz < 0.45 * self.rate_hz:
+            return values
+        sos = butter(ORDER, self.weight_hz, fs=self.rate_hz, output="sos")
+        return np.concatenate([low_passed(sos, values[one]) for one in self.parts])
+
     @property
     def counted(self) -> FloatArray | float:
         """By what compared efforts were divided, float64[m] or one for all."""
