@@ -25,7 +25,7 @@ def html(diagnosis: Diagnosis) -> str:
     parts = [
         f"<h4>{escape(words.verdict(diagnosis.verdict))}</h4><p>{typeset(sentence(diagnosis))}</p>",
         _table(("cause", "parameter", "value", "95 % interval", "confidence"), _causes(diagnosis)),
-        _table(("held out", "gap", "after", "noise floor"), _signals(diagnosis)),
+        _table(("held out", "gap", "after", "noise floor", "unit"), _signals(diagnosis)),
         _table(("measured", "value", "95 % interval", "nominal"), _measured(diagnosis)),
         _table(("constant", "nominal", "found", "95 % interval", "pull"), _sheet(diagnosis)),
     ]
@@ -58,8 +58,8 @@ def _causes(diagnosis: Diagnosis) -> Iterable[Sequence[str]]:
 
 def _signals(diagnosis: Diagnosis) -> Iterable[Sequence[str]]:
     for one in diagnosis.signals:
-        runs = (q.replayed(value, one.unit) for value in (one.gap, one.after))
-        yield words.signal(one.name), *runs, q.amount(one.floor, one.unit)
+        figures = q.in_one_unit((one.gap, one.after), one.floor, one.unit, words.RAN_AWAY)
+        yield words.signal(one.name), *figures
 
 
 def _measured(diagnosis: Diagnosis) -> Iterable[Sequence[str]]:

@@ -37,6 +37,7 @@ _VERDICTS = {
     "unexplained": "Unexplained",
     "not_judgeable": "Not judgeable",
 }
+RAN_AWAY = "runs away"  # of a replay whose error says nothing of the drive (NaN)
 _NAMES = ("Coulomb", "Stribeck")  # words that keep their capital
 _MASS_NOUNS = ("friction", "cogging", "ripple", "dead time", "eccentricity")
 
