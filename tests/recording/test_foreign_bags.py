@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from fuzzing import CONTROLLER_STATE, STATE_TYPE, as_sqlite, controller_state, foreign_mcap
+from foreign_bags import CONTROLLER_STATE, STATE_TYPE, as_sqlite, controller_state, foreign_mcap
 from mcap.writer import Writer
 from recording_samples import assert_same, made
 
