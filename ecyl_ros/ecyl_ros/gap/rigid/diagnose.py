@@ -191,7 +191,7 @@ def check_motion(motion: Motion, machine: Machine, source: str) -> None:
         wanted = machine.actuation or ("force" if machine.linear else "torque")
         raise InputError(
             f"{source}: no effort ({wanted}) recorded; expected one to weigh the motion against, "
-            "or a drive file of kind follower, which takes command and position alone"
+            "or a drive file of kind follower, which takes reference and position alone"
         )
     unit = machine.effects_unit
     if unit is not None and unit != motion.effort_unit:
