@@ -76,7 +76,7 @@ def test_one_plain_sentence_says_what_came_out() -> None:
     )
     said = sentence(VERDICTS["unexplained"])
     assert said.startswith("The gap is not explained by anything in the catalogue.")
-    assert "74 % of the gap lies at reversals, in 20 % of the time" in said
+    assert "74 % of the gap lies at reversals, 20 % of the time" in said
     assert "Effects in the rotor come closest" in said
 
 

@@ -295,7 +295,7 @@ def _measured(
             "highest_frequency_hz",
             "Hz",
             *(0.5 * motion.rate_hz,) * 3,
-            "half the sampling rate: nothing above is seen",
+            "half the sampling rate: nothing faster is seen",
         ),
         Measured(
             "relative_gap_taken_off", "1", share, share, share, "by these, on held-out stretches"
@@ -323,8 +323,8 @@ def _notes(
         other = "dead band" if name == "lag" else "lag"
         what = "lag" if name == "lag" else "dead band"
         notes.append(
-            f"a {what} alone leaves nearly as little as both: the {other} is not sure; moves of "
-            "several speeds would tell"
+            f"a {what} alone fits nearly as well as both together: the {other} is uncertain; "
+            "moves at several speeds would decide"
         )
     if whole.lag_s < 1.0 / motion.rate_hz:
         notes.append(f"the lag is below one sample of {1e3 / motion.rate_hz:.3g} ms")
@@ -335,8 +335,8 @@ def _notes(
         )
     if left > 2.0 * step and left > 0.3 * gap:
         notes.append(
-            f"{100.0 * left / gap:.0f} % of the gap is left by lag and dead band: the output also "
-            "moves otherwise than commanded (load, friction, stick-slip)"
+            f"lag and dead band leave {100.0 * left / gap:.0f} % of the gap: the output departs "
+            "from the reference in other ways, too (load, friction, stick-slip)"
         )
     notes.append(
         f"not judged at {motion.rate_hz:.3g} Hz from an encoder at the output: inertia, friction "
@@ -345,8 +345,8 @@ def _notes(
     )
     if np.isfinite(motion.effort).any():
         notes.append(
-            "an effort was recorded and not used: a drive file of kind rigid weighs motion against "
-            "it"
+            "an effort was recorded and not used: a drive file of kind rigid compares the motion "
+            "with it"
         )
     return notes
 

@@ -9,7 +9,7 @@ from ..diagnosis import Diagnosis
 from . import law, limits, together, words
 from . import quantities as q
 from .rivals import runner_up
-from .verdict import sentence, telling_condition
+from .verdict import sentence, telling_condition, when_in_words
 
 _WIDTH = 96
 _MOST_NOTES = 3
@@ -135,10 +135,8 @@ def _where(diagnosis: Diagnosis) -> list[str]:
     lines = []
     when = telling_condition(diagnosis)
     if when is not None:
-        text = f"{q.whole_percent(when.share)} of the gap {words.condition(when.condition)}"
-        if when.condition != "time":  # whose name is its share of the time
-            text += f", {q.whole_percent(when.time_share)} of the time"
-        lines.append(f"{'when':<10}{text}")
+        share = q.whole_percent(when.share)
+        lines.append(f"{'when':<10}{share} of the gap {when_in_words(when)}")
     if diagnosis.ports and diagnosis.verdict not in ("no_gap", "within_sheet"):
         ports = ", ".join(
             f"{one.block.replace('_', ' ')} {q.number(one.ratio)}" for one in diagnosis.ports

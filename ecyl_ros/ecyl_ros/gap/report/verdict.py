@@ -65,6 +65,14 @@ def telling_condition(diagnosis: Diagnosis) -> ConditionShare | None:
     return max(fit, key=lambda one: one.share - one.time_share, default=None)
 
 
+def when_in_words(when: ConditionShare) -> str:
+    """A condition with its share of the time, unless its name is that."""
+    text = words.condition(when.condition)
+    if when.condition == "time":
+        return text
+    return f"{text}, {q.whole_percent(when.time_share)} of the time"
+
+
 def _over_floor(diagnosis: Diagnosis, value: float) -> str:
     return q.times(value, diagnosis.floor)
 
@@ -96,7 +104,7 @@ def _no_gap(diagnosis: Diagnosis) -> str:
 def _within_sheet(diagnosis: Diagnosis) -> str:
     share = q.percent(diagnosis.shrink)
     text = (
-        "No cause is needed: the gap is what the tolerances of the data sheet allow. With its "
+        "No cause is needed: the gap is within the tolerances of the data sheet. With its "
         f"constants as found, {'all' if share == '100 %' else share} of the gap is gone on "
         "held-out data."
     )
@@ -207,11 +215,7 @@ def _unexplained(diagnosis: Diagnosis) -> str:
         )
         when = telling_condition(diagnosis)
         if when is not None:
-            text += (
-                f"; {q.whole_percent(when.share)} of the gap lies "
-                f"{words.condition(when.condition)}, in {q.whole_percent(when.time_share)} of "
-                "the time"
-            )
+            text += f"; {q.whole_percent(when.share)} of the gap lies {when_in_words(when)}"
         text += "."
     if diagnosis.block is not None:
         text += f" Effects in {words.block(diagnosis.block)} come closest."

@@ -28,8 +28,8 @@ def costs(motion: Motion, along: Along, mode: float | None) -> list[str]:
     if not (along.known_inertia or along.model.keys.inertia):
         key = "load.mass" if machine.linear else "load.inertia"
         notes.append(
-            f"{key} is left out: it was found from the recording, so that a wrong one, or a "
-            "wrong gain of the effort, cannot be seen"
+            f"{key} is left out and was fitted to the recording: a wrong one, or a wrong gain of "
+            "the effort, cannot be seen"
         )
     if not machine.loop_known:
         notes.append(

@@ -40,11 +40,11 @@ def without_runaways(played: Replay, runaways: Runaways) -> Replay:
         )
         for one in played.signals
     )
-    who = "with the nominal model" if before else "with what was found"
-    who = f"{who} and with what was found" if before and after else who
+    who = "with the nominal model" if before else "with the causes found"
+    who = f"{who} and with the causes found" if before and after else who
     note = (
-        f"{who} the replay runs away: further than the recording moves at all; look at the sign "
-        "and gain of the effort, and at what else drives the output"
+        f"{who} the replay runs away: its error exceeds the whole recorded motion; check the sign "
+        "and gain of the effort, and what else drives the output"
     )
     return dataclasses.replace(
         played,
