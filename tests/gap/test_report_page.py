@@ -80,6 +80,14 @@ def test_one_plain_sentence_says_what_came_out() -> None:
     assert "Effects in the rotor come closest" in said
 
 
+def test_a_sheet_that_removes_nothing_is_not_praised_for_it() -> None:
+    """Within the sheet with every constant as it was: how near the floor is, not a share of 0."""
+    some = VERDICTS["unexplained"]
+    within = dataclasses.replace(some, verdict="within_sheet", shrink=0.0, after=1.75 * some.floor)
+    assert "no more than 1.75 times the measurement noise" in sentence(within)
+    assert "0.0 %" not in sentence(within)
+
+
 def test_the_verdict_admits_what_cannot_be_told_apart() -> None:
     """Alternatives stand in the verdict itself, not further down alone."""
     said = sentence(diagnosis("explained", (coulomb(0.6, ("stribeck_friction",)),)))

@@ -82,10 +82,14 @@ def _floor(diagnosis: Diagnosis, adjective: str = "measurement ") -> str:
     return f"its {adjective}noise" if diagnosis.floor_is == _NOISE_NAME else diagnosis.floor_is
 
 
+def _the_floor(diagnosis: Diagnosis) -> str:
+    """What the floor of all signals together is called."""
+    return "the measurement noise" if diagnosis.floor_is == _NOISE_NAME else diagnosis.floor_is
+
+
 def _no_gap(diagnosis: Diagnosis) -> str:
     worst, built_up = (strongest(diagnosis, judged=one) for one in (True, False))
-    at = "the measurement noise" if diagnosis.floor_is == _NOISE_NAME else diagnosis.floor_is
-    text = f"There is no gap to explain: the nominal model already reaches {at}"
+    text = f"There is no gap to explain: the nominal model already reaches {_the_floor(diagnosis)}"
     if worst is None:
         return f"{text}."
     text = (
@@ -103,6 +107,12 @@ def _no_gap(diagnosis: Diagnosis) -> str:
 
 def _within_sheet(diagnosis: Diagnosis) -> str:
     share = q.percent(diagnosis.shrink)
+    if share == q.percent(0.0):
+        return (
+            "No cause is needed: the nominal model already leaves no more than "
+            f"{_over_floor(diagnosis, diagnosis.after)} times {_the_floor(diagnosis)}, with too "
+            "little structure for a cause."
+        )
     text = (
         "No cause is needed: the gap is within the tolerances of the data sheet. With its "
         f"constants as found, {'all' if share == '100 %' else share} of the gap is gone on "

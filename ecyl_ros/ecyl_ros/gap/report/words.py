@@ -64,7 +64,7 @@ def constant(key: str) -> str:
     group, _, name = key.partition(".")
     text = name.replace(".", " ").replace("_", " ")
     text = text.replace("back emf", "back-EMF")
-    if group == "load":
+    if group == "load" and name != "constant_load":
         return f"load {text}"
     if group == "motor" and name in ("viscous_friction", "inductance", "resistance"):
         return f"motor {text}"
