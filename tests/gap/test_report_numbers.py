@@ -112,6 +112,7 @@ def test_type_is_set_in_our_text_alone() -> None:
         "\N{NO-BREAK SPACE}", " "
     )
     assert plain == "5 µm and 3 × 10⁻⁵ kg m², 7 mΩ; current / µA"
+    assert typeset("um/s") == "µm/s"  # alone in a column of units
     assert typeset("a < b, us and them") == "a &lt; b, us and them"
     assert escape('a"<b>\x1b[0m um') == "a&quot;&lt;b&gt;\ufffd[0m um"
 

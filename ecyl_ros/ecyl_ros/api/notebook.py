@@ -85,7 +85,7 @@ class _Picture(Figure):
 
 
 def picture(diagnosis: Diagnosis) -> Figure:
-    """A panel a signal: recorded, the nominal model, and with what was found."""
+    """A panel a signal: recorded, the nominal model, and the twin."""
     stretch = worst(diagnosis)
     if stretch is None:
         raise InputError(f"{diagnosis.source}: nothing was held out, so there is nothing to draw")
@@ -96,7 +96,7 @@ def picture(diagnosis: Diagnosis) -> Figure:
     time = series.time_s[stretch.rows]
     runs = [("nominal model", series.before, _BEFORE)]
     if diagnosis.closes:
-        runs.append(("with what was found", series.after, _AFTER))
+        runs.append(("twin", series.after, _AFTER))
     for index, panel in zip(shown, panels, strict=True):
         recorded = series.recorded[index, stretch.rows]
         largest = max((abs(float(value)) for value in recorded if value == value), default=0.0)

@@ -33,18 +33,19 @@ def machine_value(
             return None
         return Measured(*span, "all that moves", model.inertia)
     load = model.constant if "constant" not in keys else 0.0
+    viscous, level = "friction in proportion to speed", "friction level"
     totals = {
-        units.per_speed("viscous"): (model.viscous[0], "friction in proportion to speed"),
-        units.per_speed("viscous_positive"): (model.viscous[0], "the same, forwards"),
-        units.per_speed("viscous_negative"): (model.viscous[1], "the same, backwards"),
-        units.level("coulomb"): (model.coulomb[0], "friction level"),
+        units.per_speed("viscous"): (model.viscous[0], viscous),
+        units.per_speed("viscous_positive"): (model.viscous[0], f"{viscous}, forwards"),
+        units.per_speed("viscous_negative"): (model.viscous[1], f"{viscous}, backwards"),
+        units.level("coulomb"): (model.coulomb[0], level),
         units.level("coulomb_positive"): (
             model.coulomb[0] + load,
-            "friction level forwards, constant load included",
+            f"{level} forwards, constant load included",
         ),
         units.level("coulomb_negative"): (
             model.coulomb[1] - load,
-            "friction level backwards, constant load included",
+            f"{level} backwards, constant load included",
         ),
     }
     if span.name in totals and term.effect not in _OF_A_MOMENT:
