@@ -39,6 +39,7 @@ _TOKENS = ["kg", "m", "m2", "s", "s2", "rad", "nm", "n", "a", "v", "ohm", "hz", 
 _UNIT_ENDING = re.compile(rf"(_({'|'.join(_TOKENS)}))+$")
 # What is left of these names says too little.
 _FULLER = {
+    "relative_gap_taken_off": "relative gap removed",
     "kp": "proportional gain",
     "ki": "integral gain",
     "coulomb": "Coulomb {}",
