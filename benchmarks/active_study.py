@@ -59,11 +59,13 @@ OTHERS = ("chirp", "multisine", "moves")
 FIRST, FIRST_S = "first recording", 6.0
 # Of the study's motions: a chirp to 9 Hz at their peak speed asks for 2 m/s^2 (bench).
 ACCELERATION, JERK = 2.0, 100.0
+# The first is slow for all that turns with the rotor, the second has no reversal, the third hardly
+# leaves the clearance, the fourth has neither reversal nor, beyond its ends, acceleration.
 POOR: dict[str, Reference] = {
-    "slow sine": Sine(0.005, 0.5, phase=-np.pi / 2, offset=0.005),
-    "one way": Moves((0.01, 0.02, 0.03, 0.04, 0.05, 0.06, 0.07), 0.03, 1.0, 50.0, repeat=False),
-    "tiny": Sine(3e-5, 1.0, phase=-np.pi / 2, offset=3e-5),
-    "constant speed": Moves((0.045, 0.0), 0.016, 1.0, 50.0, repeat=False),
+    "slow sine": Sine(1e-3, 0.25, phase=-np.pi / 2, offset=1e-3),
+    "one way": Moves((2e-3, 4e-3, 6e-3, 8e-3), 3e-3, 0.2, 5.0, repeat=False),
+    "tiny": Sine(1e-5, 1.0, phase=-np.pi / 2, offset=1e-5),
+    "constant speed": Moves((0.05,), 0.01, 0.2, 5.0, repeat=False),
 }
 
 
@@ -73,6 +75,9 @@ def main() -> int:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--case", type=int, help="this one alone")
     parser.add_argument("--duration", type=float, default=8.0, help="of the second motion, s")
+    parser.add_argument(
+        "--search", type=float, default=BUDGET_S, help="for a motion, at the most; s of wall time"
+    )
     parser.add_argument("--others", action="store_true", help="usual motions beside the planned")
     parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("--journal", type=Path, default=Path("out/active_study.jsonl"))
@@ -88,7 +93,13 @@ def main() -> int:
     done = {one.index: one for one in journal.outcomes}
     asked = [case for case in cases if options.case in (None, case.index)]
     todo = [case for case in asked if case.index not in done]
-    study = partial(examined, drives=drives, duration_s=options.duration, others=options.others)
+    study = partial(
+        examined,
+        drives=drives,
+        duration_s=options.duration,
+        search_s=options.search,
+        others=OTHERS if options.others else (),
+    )
     with progress_bar("diagnosing") as progress:
         for outcome in in_processes(study, todo, options.jobs):
             journal.add(outcome)
@@ -110,10 +121,14 @@ def poor_of(case: Case) -> str:
     return list(POOR)[case.index % len(POOR)]
 
 
-def examined(case: Case, drives: BenchDrives, duration_s: float, others: bool) -> Outcome:
+def examined(
+    case: Case, drives: BenchDrives, duration_s: float, search_s: float, others: Sequence[str]
+) -> Outcome:
     """What is said of a case's first recording and, as baselines, of it with each motion.
 
     Where the first recording decides, its answer stands for every motion.
+
+    duration_s: of each second motion. search_s: for the planned one. others: usual motions.
     """
     setup = drives.setup(case.seed)
     stage = Stage.of(case.seed, setup, case.sheet)
@@ -135,8 +150,8 @@ def examined(case: Case, drives: BenchDrives, duration_s: float, others: bool) -
     if question(found) is not None or found["verdict"] in HEALTHY:
         begin = time.perf_counter()
         every = usual(sheet.limits, duration_s)
-        motions = {PLANNED: planned_from(found, sheet, duration_s)}
-        motions |= {name: every[name] for name in OTHERS if others}
+        motions = {PLANNED: planned_from(found, sheet, duration_s, search_s)}
+        motions |= {name: every[name] for name in others}
         for name, motion in motions.items():
             both = said(first, (motion, duration_s))
             now = time.perf_counter()
@@ -145,13 +160,15 @@ def examined(case: Case, drives: BenchDrives, duration_s: float, others: bool) -
     return Outcome(case.index, found, None, seconds, second)
 
 
-def planned_from(data: Mapping[str, Any], drive: DriveParameters, duration_s: float) -> Reference:
+def planned_from(
+    data: Mapping[str, Any], drive: DriveParameters, duration_s: float, search_s: float
+) -> Reference:
     """The motion that `ecyl plan --from` finds for a diagnosis."""
     left = open_or_alike(data)
     signals = left.signals or tuple(one.name for one in SIGNALS)
     alone = [] if left.pairs else list(CATALOGUE)
     plan = make_plan(
-        drive, duration_s, left.pairs, alone, left.values, signals, [], budget_s=BUDGET_S
+        drive, duration_s, left.pairs, alone, left.values, signals, [], budget_s=search_s
     )
     return plan.motion
 
