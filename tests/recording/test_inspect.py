@@ -15,6 +15,7 @@ from recording_samples import assert_same, made
 
 from ecyl_ros.cli.main import main
 from ecyl_ros.recording import Recording
+from ecyl_ros.recording.candidates import candidates_of
 from ecyl_ros.recording.load import load_recording, load_stretch
 from ecyl_ros.recording.map import SignalMap
 from ecyl_ros.recording.map_file import load_map
@@ -22,7 +23,7 @@ from ecyl_ros.recording.mapped import contract_map, read_mapped
 from ecyl_ros.recording.messages import definition, typestore
 from ecyl_ros.recording.propose import propose
 from ecyl_ros.recording.stretch import pick_stretches
-from ecyl_ros.recording.survey import survey
+from ecyl_ros.recording.survey import FieldSurvey, TopicSurvey, survey
 from ecyl_ros.recording.writer import write_recording
 
 START_NS = 1_700_000_000_000_000_000
@@ -138,6 +139,7 @@ def test_our_own_topics_are_recognised(tmp_path: Path) -> None:
         ),
         ("t,a,b,c", {}),
         ("t,theta,vbus_current,bus_voltage,iq", {"rotor_position": "rad", "current_q": "A"}),
+        ("t,theta,DCBusVoltage,IBusCurrent,iq", {"rotor_position": "rad", "current_q": "A"}),
     ],
 )
 def test_columns_are_recognised_by_their_names(
@@ -200,6 +202,21 @@ def test_columns_are_recognised_by_their_names(
             "joint 1 moves most of 1, 2",
         ),
         (
+            "t,vel_meas1,vel_meas2,pos_meas1,pos_meas2,tau_con1,tau_con2,tau_meas1,tau_meas2",
+            {"rotor_position": "rad", "rotor_velocity": "rad/s", "effort": "N m"},
+            "joint 1 moves most of 1, 2",
+        ),
+        (
+            "t,hip_vel,knee_vel,hip_pos,knee_pos,knee_tau,knee_target_pos",
+            {
+                "reference_position": "rad",
+                "rotor_position": "rad",
+                "rotor_velocity": "rad/s",
+                "effort": "N m",
+            },
+            "joint knee moves most of",
+        ),
+        (
             "t,position,velocity,current",
             {"rod_position": "m", "rod_velocity": "m/s", "current_q": "A"},
             "the name leaves open whether it is rotor_velocity",
@@ -224,7 +241,22 @@ def test_signals_of_one_axis_are_proposed_together(
     assert {one.name: one.unit for one in proposed.map.signals} == expected
     assert because in "\n".join(proposed.remarks)
     fields = [one.field for one in proposed.map.signals]
-    assert not {"q2", "dq_2", "tau2", "q_ddot"}.intersection(fields)
+    assert not {"q2", "dq_2", "tau2", "q_ddot", "tau_con1"}.intersection(fields)
+    assert not any(one.startswith("hip") or one.endswith("meas2") for one in fields)
+
+
+def test_readings_of_one_quantity_are_no_joints() -> None:
+    """Numbers are joints' where two quantities bear them; two encoders alone are one drive's."""
+    for header, places in (
+        ("pos1,pos2,speed,current", {""}),
+        ("pos1,pos2,speed1,speed2,current", {"1", "2", ""}),
+        ("elbow_pos,left_knee_pos", {"elbow", "left knee"}),
+    ):
+        fields = tuple(
+            FieldSurvey(one, "", 9, 0.0, 1.0, 0.5, 0.1, 2.0, 3, 0.0) for one in header.split(",")
+        )
+        found = candidates_of(TopicSurvey("", "CSV", None, None, None, {}, fields))
+        assert {one.place for one in found} == places
 
 
 def test_a_first_column_that_goes_up_evenly_is_of_instants(tmp_path: Path) -> None:

@@ -35,6 +35,10 @@ class Interval(NamedTuple):
     low: float
     high: float
 
+    def over(self, other: Interval) -> Interval:
+        """Wide enough to hold that of another model, too."""
+        return self._replace(low=min(self.low, other.low), high=max(self.high, other.high))
+
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Term:

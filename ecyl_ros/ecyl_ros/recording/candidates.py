@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import dataclasses
 import re
 from dataclasses import dataclass
 
 from .headers import bare, ending, told, unit_of
-from .names import COUNTED, NUMBERED, QUANTITY, ordered
+from .names import COUNTED, NUMBERED, PARTS, QUANTITY, ordered
 from .names import words as words_of
 from .survey import FieldSurvey, TopicSurvey
 from .units import UNITS, dimension_of, plain
@@ -32,14 +33,20 @@ class Candidate:
     field: FieldSurvey
     joint: str
     words: frozenset[str]
+    numbered: bool = False  # the number in its name is a joint's
 
     @property
     def place(self) -> str:
-        """Which of several joints it is of: the name, else the index; empty for neither."""
+        """Which of several joints it is of: its name, the part of a body, `elbow`, the index or
+        the number; empty for none of them."""
+        if self.joint:
+            return self.joint
+        parts = [word for word in ordered(bare(self.field.path)) if word in PARTS]
         found = re.search(r"\[(\d+)\]$", self.field.path)
-        if found is None and words_of(bare(self.field.path)) & NUMBERED:  # dq_1
-            found = re.search(r"(?<=[A-Za-z_])(\d+)(?:_[A-Za-z]+)*$", bare(self.field.path))
-        return self.joint or (found[1] if found else "")
+        number = found[1] if found else ""
+        if not number and (self.numbered or words_of(bare(self.field.path)) & NUMBERED):  # dq_1
+            number = number_in(self.field.path)
+        return " ".join([*parts, *([number] if number else [])])
 
     @property
     def path(self) -> str:
@@ -61,7 +68,30 @@ def candidates_of(topic: TopicSurvey) -> list[Candidate]:
         joint = _joint_of(topic, field.path)
         words = words_of(topic.name) | words_of(bare(field.path)) | words_of(joint)
         out.append(Candidate(topic, field, joint, frozenset(words)))
-    return out
+    return _numbered(out)
+
+
+def number_in(path: str) -> str:
+    """The number that a name ends with, whatever words follow it: `dq_1`, `tau2_meas`."""
+    found = re.search(r"(?<=[A-Za-z_])(\d+)(?:_[A-Za-z]+)*$", bare(path))
+    return found[1] if found else ""
+
+
+def _numbered(candidates: list[Candidate]) -> list[Candidate]:
+    """Fields whose numbers are joints': names of two quantities that differ in the same numbers,
+    `pos_meas1 pos_meas2 tau1 tau2`. Of one quantity alone they count readings, `pos1 pos2`."""
+    seen: dict[str, set[str]] = {}
+    for one in candidates:
+        quantity, number = quantity_of(one), number_in(one.field.path)
+        if quantity and number:
+            seen.setdefault(quantity, set()).add(number)
+    several = [numbers for numbers in seen.values() if len(numbers) > 1]
+    if len(several) < 2 or len(joints := set.intersection(*several)) < 2:
+        return candidates
+    return [
+        dataclasses.replace(one, numbered=True) if number_in(one.field.path) in joints else one
+        for one in candidates
+    ]
 
 
 def _joint_of(topic: TopicSurvey, path: str) -> str:

@@ -23,12 +23,14 @@ ASKED = {
     "control",
     "qg",
 }
+# Words of what a sensor gave, where the same is there as it was told or worked out, too.
+MEASURED = {"meas", "measured", "actual", "act", "feedback", "fb", "sensor", "sensed"}
 # Words of what is put in from outside on purpose.
 INJECTED = {"injected", "injection", "excitation", "feedforward", "disturbance", "shaker"}
 # Words of a place: what has one can stick while its drive goes on.
 PLACED = {
-    *("position", "positions", "pos", "angle", "encoder", "enc", "displacement", "stroke", "slide"),
-    *("theta", "travel"),
+    *("position", "positions", "pos", "angle", "angles", "ang", "encoder", "enc", "displacement"),
+    *("stroke", "slide", "theta", "travel"),
 }
 # Words of instants and counters of samples.
 TIMED = {
@@ -41,7 +43,7 @@ QUANTITY = {
     "position": "position",
     "positions": "position",
     "pos": "position",
-    "angle": "position",
+    **dict.fromkeys(("angle", "angles", "ang"), "position"),
     "theta": "position",
     "displacement": "position",
     "stroke": "position",
@@ -77,7 +79,8 @@ ROTOR = {"rotor", "motor", "mot", "servo", "encoder", "enc"}
 ENCODERS = {"encoder", "enc"}
 ROD = {"rod", "cylinder", "piston", "slider", "carriage", "stage", "linear", "ram", "axis"}
 TURNS = {
-    *("angle", "theta", "thetadot", "dtheta", "phi", "omega", "rpm", "q", "dq", "qd", "qdot", "qm"),
+    *("angle", "angles", "ang"),
+    *("theta", "thetadot", "dtheta", "phi", "omega", "rpm", "q", "dq", "qd", "qdot", "qm"),
     "qg",
 }
 SUPPLY = {"bus", "vbus", "ibus", "dc", "vdc", "idc", "supply", "battery", "link", "mains"}
@@ -86,6 +89,12 @@ TORQUE = {"torque", "torques", "trq", "tau"}
 JOINT = {"joint", "joints"}
 # Words of robots' columns, whose number at the end is the joint's: `dq_1`, `tau2`.
 NUMBERED = {"q", "dq", "qd", "qdot", "qm", "tau", *JOINT}
+# Words of the parts of an arm, a leg or a head, each of which is a joint of its own.
+PARTS = {
+    *("shoulder", "elbow", "wrist", "hip", "thigh", "knee", "calf", "ankle", "waist", "torso"),
+    *("neck", "finger", "thumb", "left", "right", "front", "rear", "pan", "tilt", "yaw", "pitch"),
+    *("roll", "azimuth", "elevation"),
+}
 # Words of what stands beside a signal and is none.
 NO_SIGNAL = {
     *("error", "err", "covariance", "timestamp", "time", "stamp", "acceleration", "acc"),
@@ -95,8 +104,9 @@ COUNTED = {"counts", "count", "ticks", "increments", "raw", "pulses"}
 
 
 def ordered(name: str) -> list[str]:
-    """The words of a name as they stand, in lower case: a derivative, `q_dot`, is one word."""
-    spaced = re.sub(r"([a-z0-9])([A-Z])", r"\1 \2", name)
+    """The words of a name as they stand, in lower case: a derivative, `q_dot`, is one word, and
+    capitals end where the next word begins, `DCBusVoltage`."""
+    spaced = re.sub(r"(?<=[a-z0-9])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])", " ", name)
     out: list[str] = []
     for word in (one.lower() for one in re.split(r"[^A-Za-z]+", spaced) if one):
         if word in ("dot", "ddot") and out:

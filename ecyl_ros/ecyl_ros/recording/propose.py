@@ -24,6 +24,7 @@ from .names import (
     ENCODERS,
     FORCE,
     INJECTED,
+    MEASURED,
     NO_SIGNAL,
     QUANTITY,
     ROD,
@@ -135,16 +136,23 @@ def _by_hand(survey: Survey, candidates: list[Candidate]) -> str:
 
 
 def _one_joint(candidates: list[Candidate]) -> tuple[list[Candidate], list[str]]:
-    """Of several joints the one that moves most: a drive is diagnosed by itself."""
+    """Of several joints the one that moves most, of those with an effort if any has one: a drive
+    is diagnosed by itself."""
     moved: dict[str, float] = {}
+    driven: set[str] = set()
     for one in candidates:
         if one.place and one.words & QUANTITY.keys():
             moved[one.place] = moved.get(one.place, 0.0) + one.field.std
+            if quantity_of(one) in ("effort", "current_q"):
+                driven.add(one.place)
     # A rotor and a rod are two joints of one drive.
     if len(moved) < 2 or any(words_of(place) & (ROTOR | ROD) for place in moved):
         return candidates, []
-    best = max(moved, key=lambda place: moved[place])
-    remark = f"joint {best} moves most of {', '.join(sorted(moved)[:12])}: the others are left out"
+    best = max(moved, key=lambda place: (place in driven, moved[place]))
+    others = f"{', '.join(sorted(moved)[:12])}: the others are left out"
+    remark = f"joint {best} moves most of {others}"
+    if moved[best] < max(moved.values()):
+        remark = f"joint {best} moves most of those with an effort, of {others}"
     return [one for one in candidates if one.place in ("", best)], [remark]
 
 
@@ -232,6 +240,7 @@ def _signal(one: Candidate, axis: Axis) -> tuple[MappedSignal, float] | None:
     if quantity is None or (words & SUPPLY and quantity.startswith(("current", "voltage"))):
         return None
     score = 1.0 + 0.5 * bool(unit) + 0.5 * (one.field.equal < 1.0) + 0.2 * bool(one.joint)
+    score += 0.1 * bool(words & MEASURED)
     name: str
     if quantity in ("position", "velocity"):
         if asked:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -24,6 +25,7 @@ from ..judge.verdict import (
     verdict_of,
 )
 from .balance import UNMODELLED
+from .beside import shown, with_more
 from .certainty import Certainty
 from .contest import Contest
 from .noise import measurement_noise
@@ -105,10 +107,22 @@ class Judgement:
 
     @cached_property
     def _told(self) -> dict[str, list[Interval]]:
-        """`spans`, as wide as the structure that is left could bend them: what is reported."""
-        rows = self.balance.usable
+        """`spans`, as wide as the structure that is left could bend them, and as those beside
+        friction and a load that are shown without being named: what is reported.
+
+        At one speed a level stands for all friction; its value is then that of a sum.
+        """
+        balance, rows = self.balance, self.balance.usable
         structure = max(self.whole.rms(rows) ** 2 - self.floor**2, 0.0)
-        return self.balance.intervals(self.whole, rows, math.sqrt(structure))
+        told = balance.intervals(self.whole, rows, math.sqrt(structure))
+        more = shown(balance, self.catalogue.along, self.whole.terms)
+        if not more:
+            return told
+        added = balance.intervals(with_more(balance, self.whole, more), rows)
+        return {
+            key: [one.over(other) for one, other in zip(spans, added[key], strict=True)]
+            for key, spans in told.items()
+        }
 
     def void(self, term: Term) -> str:
         """Why a term of the closest set is no cause; empty where it may be one."""
@@ -218,13 +232,15 @@ class Judgement:
         if not told:
             return ""
         first = told[0]
-        excitation = EFFECTS[first.effect].excitation
+        # A rigid drive has no backlash that could tell anything.
+        clauses = re.split(r"[;,] *", EFFECTS[first.effect].excitation.rstrip("."))
+        excitation = ", ".join(one for one in clauses if "backlash" not in one)
         names = " and ".join(
             one.replace("_", " ") for one in (first.effect, *self._alike[first.key])
         )
         wanted = "motion both ways, at several speeds and over more travel"
         if excitation:
-            wanted = f"{wanted} ({excitation.rstrip('.')})"
+            wanted = f"{wanted} ({excitation})"
         return f"{names} look alike in this recording; one with {wanted} would tell them"
 
     def _causes(self, before: float, surplus: float) -> list[Cause]:

@@ -2,25 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection
 
 import numpy as np
 
-from ...effects import constant_load as constant
 from ...effects import direction_dependent_friction as by_direction
 from ...effects import load_coulomb_friction as coulomb
 from ...effects import load_inertia_error as inertia
 from ...effects import load_viscous_friction as viscous
 from ...effects.along import Along
 from ...effects.catalogue import RIGID
-from ...effects.term import Interval, Term
+from ...effects.term import Term
 from ..diagnosis import BoolArray, FloatArray, Measured
 from .balance import Balance
+from .beside import shown, with_more
 from .gain_scale import GainScale
 from .lower import where_inertia_holds
 from .machine_values import machine_value, told_apart
 from .solution import Solution
-from .terms import free_means
 
 
 def measured(
@@ -48,8 +47,8 @@ def measured(
         for one in known
         if one.key not in keys and not refined.intersection((one.effect, *one.refines))
     ]
-    shown = _shown(balance, along, [*closest.terms, *extra]) if named else []
-    extra += shown
+    beside = shown(balance, along, [*closest.terms, *extra]) if named else []
+    extra += beside
     within, fit = where_inertia_holds(balance, along.machine, [*terms, *extra])
     told = balance.intervals(closest, balance.usable)
     scale = GainScale() if "gain" in keys else GainScale.of(told.get("gain"), along)
@@ -57,7 +56,7 @@ def measured(
     spans |= {
         one.key: [scale.scaled(at) for at in spans[one.key]] for one in fit.terms if one.of_effort
     }
-    if not shown:  # nothing comes beside what is named: it is measured once
+    if not beside:  # nothing comes beside what is named: it is measured once
         spans |= {key: told[key] for key in named if key in spans and key != "inertia"}
     sheet = {
         RIGID[one.effect].constant[not along.machine.linear]
@@ -65,14 +64,13 @@ def measured(
         if closest.known(one)
     }
     totals = (
-        told_apart(one, total, named, shown, sheet, along)
+        told_apart(one, total, named, beside, sheet, along)
         for one in fit.terms
         for span in spans[one.key]
         if (total := machine_value(one, span, along, keys)) is not None
     )
     rows = balance.usable
-    prior = np.concatenate([closest.prior, np.zeros(sum(one.columns.shape[0] for one in shown))])
-    rest = balance.fit([*closest.terms, *shown], rows, prior=prior).residual[rows]
+    rest = with_more(balance, closest, beside).residual[rows]
     return (*totals, relative_error(balance, rest, rows))
 
 
@@ -89,32 +87,3 @@ def relative_error(balance: Balance, left: FloatArray, rows: BoolArray) -> Measu
     name = balance.motion.effort_name
     text = f"RMS of the residual over RMS of the {name}, over the whole run"
     return Measured(f"relative_{name}_error", "1", share, share, share, text)
-
-
-def _shown(balance: Balance, along: Along, terms: Sequence[Term]) -> list[Term]:
-    """Friction and a load that are not among `terms`, and differ from none by their intervals."""
-    every = [viscous.term(along)]
-    if along.both_ways:  # else the one is the other
-        every += [coulomb.term(along), constant.term(along)]
-    keys = {one.key for one in terms}
-    told = {name for one in terms for name in (one.effect, *one.refines, *one.holds)}
-    more = [
-        one
-        for one in every
-        if one.key not in keys
-        and not told.intersection((one.effect, *one.refines))
-        and not (one.mean and free_means(terms))
-    ]
-    while more:
-        fit = balance.fit([*terms, *more], balance.usable)
-        spans = balance.intervals(fit, balance.usable)
-        first = {one.key: spans[one.key][0] for one in more}
-        idle = [one for one in more if first[one.key].low <= 0.0 <= first[one.key].high]
-        if not idle:
-            break
-        more.remove(min(idle, key=lambda one: _sureness(first[one.key])))
-    return more
-
-
-def _sureness(span: Interval) -> float:
-    return abs(span.value) / max(span.high - span.low, 1e-300)

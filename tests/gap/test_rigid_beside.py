@@ -1,0 +1,28 @@
+"""Intervals of what is named hold what the same recording shows beside it without naming it."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+from rigid_machines import ROTARY, along, causes, recorded
+
+from ecyl_ros.gap.diagnose import diagnose
+
+LEVEL, VISCOUS = 1.4, 0.7  # N m, N m s/rad
+
+
+def test_at_one_speed_a_level_is_as_unsure_as_its_share_of_the_friction() -> None:
+    """An output that starts and goes on at 1.5 rad/s to a few percent, with friction of both kinds:
+    whether one of them is named for both or each for itself, the intervals hold the true values."""
+    t = np.arange(6000) / 1000.0
+    m = along(1.5 * (1.0 - np.exp(-t / 0.1)) * (1.0 + 0.08 * np.sin(4.4 * t + 1.0)))
+    ripple = 0.08 * np.sin(7.0 * m.q) + 0.05 * np.sin(69.0 * t)
+    effort = 0.1 * m.a + LEVEL + VISCOUS * m.v + ripple
+    machine = dataclasses.replace(ROTARY, inertia=None)
+    found = causes(diagnose(recorded(m, effort, machine, 0.03, 1e-4), machine))
+    true = {"rotor_coulomb_friction": LEVEL, "rotor_viscous_friction": VISCOUS}
+    named = {name: one.parameters[0] for name, one in found.items() if name in true}
+    assert named
+    for name, one in named.items():
+        assert one.low < true[name] < one.high, name
