@@ -37,6 +37,8 @@ from .void import SHEET, SILENT, why_not
 _CLOSE, _HELPS_CLOSE = 5.0, 0.25  # where no more than so many floors are left, less has to be gone
 _WANDERS = 0.05  # share of the effort that may not repeat where there is to be no gap
 _SMALL = 0.03  # share of the gap that an effect has to remove to be named
+# Of the structure that is left, along one effect: what the set could not take is shaped otherwise.
+_BENDS = 0.5
 _FLAT = 0.7  # share of the signal that its floor may have: half of the power is unknown beyond
 
 
@@ -113,8 +115,9 @@ class Judgement:
         At one speed a level stands for all friction; its value is then that of a sum.
         """
         balance, rows = self.balance, self.balance.usable
-        structure = max(self.whole.rms(rows) ** 2 - self.floor**2, 0.0)
-        told = balance.intervals(self.whole, rows, math.sqrt(structure))
+        in_motion = moving(rows, self.motion, self.catalogue.along)
+        structure = max(self.whole.rms(in_motion) ** 2 - self.floor**2, 0.0)
+        told = balance.intervals(self.whole, rows, _BENDS * math.sqrt(structure))
         more = shown(balance, self.catalogue.along, self.whole.terms)
         if not more:
             return told
@@ -217,7 +220,7 @@ class Judgement:
         found, at = {}, 0
         for term in self.whole.free:
             found[term.key] = why_not(
-                self.balance, self.catalogue.along, self.whole, term, self.spans[term.key], at
+                self.balance, self.catalogue.along, self.whole, term, self._told[term.key], at
             )
             at += term.columns.shape[0]
         return found
