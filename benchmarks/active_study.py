@@ -37,6 +37,7 @@ from ecyl_ros.drive.reference.base import Reference
 from ecyl_ros.drive.reference.moves import Moves
 from ecyl_ros.drive.reference.sine import Sine
 from ecyl_ros.effects.catalogue import CATALOGUE
+from ecyl_ros.errors import InputError
 from ecyl_ros.gap.replay.replay import SIGNALS
 from ecyl_ros.gap.study.case import Case
 from ecyl_ros.gap.study.cylinder.cases import record_on, stated
@@ -73,7 +74,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("--cases", type=int, default=60)
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--case", type=int, help="this one alone")
+    parser.add_argument("--case", type=int, help="this one of them alone")
     parser.add_argument("--duration", type=float, default=8.0, help="of the second motion, s")
     parser.add_argument(
         "--search", type=float, default=BUDGET_S, help="for a motion, at the most; s of wall time"
@@ -84,15 +85,12 @@ def main() -> int:
     parser.add_argument("--resume", action="store_true", help="go on with the journal's study")
     options = parser.parse_args()
     drives = BenchDrives(limited(load_drive(resolve_drive("bench"))), SHEET)
-    with progress_bar("drawing drives") as progress:
-        choice = Choice(kinds=("single", "none"))
-        cases = draw_cases(drives, options.cases, options.seed, choice, progress=progress)
+    cases = drawn(drives, options)
     sealed = seal(cases)
     print(f"{len(cases)} cases drawn and sealed, SHA-256 {sealed.sha256}", flush=True)
     journal = Journal(options.journal, sealed.sha256, resume=options.resume)
     done = {one.index: one for one in journal.outcomes}
-    asked = [case for case in cases if options.case in (None, case.index)]
-    todo = [case for case in asked if case.index not in done]
+    todo = [case for case in cases if case.index not in done]
     study = partial(
         examined,
         drives=drives,
@@ -104,9 +102,18 @@ def main() -> int:
         for outcome in in_processes(study, todo, options.jobs):
             journal.add(outcome)
             done[outcome.index] = outcome
-            progress(len(done) / len(asked))
-    opened = [case for case in sealed.open() if case.index in done]
+            progress(len(done) / len(cases))
+    opened = sealed.open()
     return show(opened, [done[case.index] for case in opened], options)
+
+
+def drawn(drives: BenchDrives, options: argparse.Namespace) -> list[Case]:
+    """The cases asked for."""
+    choice = Choice(kinds=("single", "none"))
+    if options.case is not None:
+        return [drives.complete(drives.plan(options.cases, options.seed, choice)[options.case])]
+    with progress_bar("drawing drives") as progress:
+        return draw_cases(drives, options.cases, options.seed, choice, progress=progress)
 
 
 def limited(drive: DriveParameters) -> DriveParameters:
@@ -140,7 +147,10 @@ def examined(
             for number, (motion, length) in enumerate(motions)
         ]
         recorded = recordings[0] if len(recordings) == 1 else tuple(recordings)
-        return product_diagnosis(recorded, sheet, frozenset(case.withheld))
+        try:
+            return product_diagnosis(recorded, sheet, frozenset(case.withheld))
+        except InputError as error:
+            return refused(error)
 
     first = POOR[poor_of(case)], FIRST_S
     begin = time.perf_counter()
@@ -158,6 +168,13 @@ def examined(
             second[name] = {"diagnosis": both, "seconds": now - begin}
             begin = now
     return Outcome(case.index, found, None, seconds, second)
+
+
+def refused(error: InputError) -> dict[str, Any]:
+    """Recordings that a diagnosis refuses, as one that cannot judge them: nothing is decided."""
+    reason = str(error)
+    location: dict[str, Any] = {"signals": []}
+    return {"verdict": "not_judgeable", "reason": reason, "causes": [], "location": location}
 
 
 def planned_from(
@@ -240,7 +257,7 @@ def _said(outcome: Outcome, motion: str) -> str:
     if motion != FIRST and outcome.baselines:
         said = outcome.baselines[motion]["diagnosis"]
     named = [" or ".join([one["effect"], *one.get("alternatives", [])]) for one in said["causes"]]
-    return ", ".join([said["verdict"], *named])
+    return ", ".join([said["verdict"], *named, *([said["reason"]] if said.get("reason") else [])])
 
 
 if __name__ == "__main__":

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from ecyl_ros.drive.drive_file import load_drive
+from ecyl_ros.errors import InputError
 from ecyl_ros.gap.study.case import Case
 from ecyl_ros.gap.study.cylinder.stage import Setup
 
@@ -64,6 +65,12 @@ def test_a_healthy_machine_is_decided_once_a_motion_was_planned_for_what_is_hidd
     said["limits"] = [{"effect": "backlash_error", "smallest_seen": None}]
     assert study.answer(HEALTHY, said, planned=False) == "undecided"
     assert study.answer(HEALTHY, said, planned=True) == "right"
+
+
+def test_recordings_that_are_refused_decide_nothing(study: ModuleType) -> None:
+    """Of two machines, say: the study goes on."""
+    said = study.refused(InputError("first and planned: expected recordings of one machine"))
+    assert study.answer(HEALTHY, said, planned=True) == "undecided"
 
 
 def test_poor_motions_begin_at_rest_and_keep_the_limits(study: ModuleType) -> None:
