@@ -24,6 +24,9 @@ HEADER = 4
 NANOSECONDS = 1_000_000_000
 # A topic has one layout, a few when joints come or go. Hundreds mean damaged or foreign bytes.
 MAX_LAYOUTS = 100
+# Bytes behind a message. Some middlewares (Fast DDS) send as much as they reckoned beforehand:
+# aligned to 8 at the end, and before the numbers of each array, though it holds none.
+MOST_PADDING = 7 + 3 * 8
 
 
 class CdrError(ValueError):
@@ -79,8 +82,8 @@ class CdrWalker:
             raise CdrError(f"expected text at byte {start}") from None
 
     def end(self) -> None:
-        # Some middlewares pad the payload; more than that belongs to another type.
-        if len(self.data) - self.at > 7:
+        # More than padding belongs to another type.
+        if len(self.data) - self.at > MOST_PADDING:
             raise CdrError(f"ends at byte {self.at}, has {len(self.data)}")
 
 
