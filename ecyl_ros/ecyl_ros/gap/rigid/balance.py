@@ -240,7 +240,7 @@ class Balance:
         meat += np.diag((solution.prior * solution.share) ** 2)
         made = inverse @ meat @ inverse
         white = inverse * solution.scale**2
-        least, found = np.diag(white), np.diag(made)
+        least, found = np.maximum(np.diag(white), 0.0), np.diag(made)
         # A column that nothing is left along has no spread of its own to be scaled.
         np.fill_diagonal(made, np.where(found < _NOTHING * least, least, found))
         grown = np.sqrt(np.maximum(least / np.maximum(np.diag(made), 1e-300), 1.0))
