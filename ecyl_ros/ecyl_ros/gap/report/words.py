@@ -38,7 +38,7 @@ _VERDICTS = {
     "not_judgeable": "Not judgeable",
 }
 _NAMES = ("Coulomb", "Stribeck")  # words that keep their capital
-_MASS_NOUNS = ("friction", "cogging", "ripple", "dead time", "eccentricity")
+_MASS_NOUNS = ("friction", "cogging", "ripple", "dead time", "eccentricity", "gravity")
 
 
 def block(name: str | None) -> str:
