@@ -209,7 +209,7 @@ def check_motion(motion: Motion, machine: Machine, source: str) -> None:
     if moved.size == 0 or not np.ptp(motion.position[motion.usable]) > 20.0 * motion.position_noise:
         raise InputError(
             f"{source}: the output does not move by more than 20 times its noise of "
-            f"{motion.position_noise:.3g}; expected motion"
+            f"{motion.position_noise:.3g} {'m' if machine.linear else 'rad'}; expected motion"
         )
     if not np.ptp(motion.effort[motion.usable]) > 0.0:
         raise InputError(f"{source}: the effort never changes; expected a recorded effort")

@@ -125,7 +125,7 @@ class Judgement:
     def _beside(self) -> tuple[list[Term], dict[str, list[Interval]]]:
         """Friction and a load that are shown without being in the closest set, and `spans` beside
         them."""
-        more = shown(self.balance, self.catalogue.along, self.whole.terms)
+        more = shown(self.balance, self.catalogue.along, self.whole)
         if not more:
             return [], self.spans
         fit = with_more(self.balance, self.whole, more)
