@@ -3,7 +3,7 @@
     python benchmarks/detection_limits.py --cases 100 --seed 1
 
 Each case draws a machine of the sealed study (equations of its own, constants off the sheet, a
-motion of its own) and records it sound; the diagnosis states from that how small a fault of one
+motion of its own) and records it healthy; the diagnosis states from that how small a fault of one
 effect would have been seen. The machine gets the fault in just that size, with other noise, and is
 recorded again on the same motion. Seen: neither noise nor constants within their tolerances account
 for the recording, so that the verdict would be neither `no_gap` nor `within_sheet`.
@@ -78,8 +78,8 @@ def _case(
     setup = Setup(drive)
     stage = Stage.of(seed, setup, sheet)
     nominal = stated(drive, sheet)
-    sound = record_machine(stage.with_effects({}, seed), stage.nuisances, drive, stage.reference)
-    smallest = _smallest(sound, nominal, name, stage)
+    healthy = record_machine(stage.with_effects({}, seed), stage.nuisances, drive, stage.reference)
+    smallest = _smallest(healthy, nominal, name, stage)
     if smallest is None:
         return None
     nuisances = replace(stage.nuisances, noise_seed=stage.nuisances.noise_seed + 1)

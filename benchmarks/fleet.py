@@ -2,7 +2,7 @@
 
     python benchmarks/fleet.py --recordings 100
 
-Recordings of a bench drive are made by the engine, sound ones and ones with friction. One core is
+Recordings of a bench drive are made by the engine, healthy ones and ones with friction. One core is
 one process that may use one core alone; the runs take turns, so that what else the machine does
 falls on all.
 """
@@ -29,7 +29,7 @@ from ecyl_ros.recording.writer import write_recording
 
 MOVES = Moves((0.004, -0.002, 0.001), speed=0.05, acceleration=1.0, jerk=50.0)
 LENGTH_S = 2.0
-FAULTY = 5  # one recording in so many has a fault: most of a fleet is sound
+FAULTY = 5  # one recording in so many has a fault: most of a fleet is healthy
 ECYL = Path(sys.executable).with_name("ecyl")
 
 

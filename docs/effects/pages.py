@@ -118,7 +118,7 @@ def _caption(example: Example) -> str:
     known = ""
     if example.known:
         names = [f"{CATALOGUE[key].title} {_yaml(values)}" for key, values in example.known.items()]
-        known = f" Either drive carries a load that its model knows: {_listed(names)}."
+        known = f" Both drives carry a load that the model includes: {_listed(names)}."
     return f"Left: {left}; middle: {middle}; right: {right}.{known}"
 
 
@@ -127,19 +127,19 @@ def _recipe(name: str, example: Example) -> str:
     lines = [f"      {key}: {_yaml(values)}" for key, values in effects.items()]
     return "\n".join(
         [
+            f"Add to a copy `faulty.yaml` of the drive file `{DRIVE}`, below `ros__parameters`,",
+            "",
             "```yaml",
             "    effects:",
             *lines,
             "```",
             "",
-            f"in a copy `faulty.yaml` of the drive file of `{DRIVE}`, and",
+            "and run",
             "",
             "```",
             "ecyl simulate --drive faulty.yaml --out out/faulty.mcap \\",
             f'    --reference "{example.reference}" --duration {example.duration_s:g}',
             "```",
-            "",
-            "give the recording.",
         ]
     )
 
@@ -197,7 +197,8 @@ def page(name: str) -> str:
     parts = [
         f"# {_capital(effect.title)}",
         OPENING,
-        f"`{name}`, of the block {_plain(effect.block)}; one of [the effects](../effects.md).",
+        f"`{name}` acts in the block {_plain(effect.block)} and is one of [the "
+        "effects](../effects.md).",
         effect.summary,
         f"**Needed to see it:** {effect.excitation}.",
         f"![{_capital(effect.title)} beside the healthy drive]({name}.png)",
@@ -210,7 +211,7 @@ def page(name: str) -> str:
                 *(_row(one) for one in effect.parameters),
             ]
         ),
-        f"{_acts(name)} [Its file]({SOURCES}/{name}.py) says how:",
+        f"{_acts(name)} [Its file]({SOURCES}/{name}.py) defines it:",
         _equation(name),
         *([RIGID_TOO] if name in RIGID else []),
         "## The recording of the picture",

@@ -17,10 +17,9 @@ SPECTRUM = "spectrum"  # in place of a coordinate
 
 @dataclass(frozen=True)
 class Run:
-    """A recording and what the nominal model leaves of it.
+    """A recording and its residuals with the nominal model.
 
-    simulated: the replay's signals by name. voltage_v: what the winding's equation leaves of the
-    commanded voltage.
+    simulated: the replay's signals by name. voltage_v: residual of the winding's equation.
     """
 
     recording: Recording
@@ -44,7 +43,7 @@ TRACES = {
     "current": ("current i_q / A", lambda run: run.recording.current_q_a),
     "voltage": ("voltage u_q / V", lambda run: run.recording.voltage_q_v),
     "parting": (
-        "rod less rotor / mrad",
+        "rod minus rotor / mrad",
         lambda run: (
             (
                 run.recording.rod_position_m / run.drive.transmission.rod_per_rotor
@@ -54,19 +53,19 @@ TRACES = {
         ),
     ),
     "current_gap": (
-        "current off the model / A",
+        "current residual / A",
         lambda run: run.recording.current_q_a - run.simulated["current_q"],
     ),
     "voltage_gap": (
-        "voltage off the model / V",
+        "voltage residual / V",
         lambda run: run.recording.voltage_q_v - run.simulated["voltage_q"],
     ),
     "speed_gap": (
-        "speed off the model / (rad/s)",
+        "speed residual / (rad/s)",
         lambda run: run.recording.rotor_velocity_rad_per_s - run.simulated["rotor_velocity"],
     ),
     "rod_gap": (
-        "rod off the model / µm",
+        "rod residual / µm",
         lambda run: (run.recording.rod_position_m - run.simulated["rod_position"]) * 1e6,
     ),
 }
@@ -81,14 +80,14 @@ def _against_motion(run: Run) -> FloatArray:
 LEFT = {
     "lag": ("rotor behind the reference / mrad", _lag),
     "speed": (
-        "speed off the model / (rad/s)",
+        "speed residual / (rad/s)",
         lambda run: run.evidence.rotor_speed_error_rad_s,
     ),
-    "torque": ("torque not in the model / N m", lambda run: run.evidence.torque_nm),
-    "drag": ("drag not in the model / N m", _against_motion),
-    "voltage": ("voltage not in the model / V", lambda run: run.voltage_v),
-    "rod": ("rod off the model / mrad", lambda run: run.evidence.rod_error_rad * 1e3),
-    "current": ("current off the model / A", lambda run: run.evidence.current_error_a),
+    "torque": ("unmodelled torque / N m", lambda run: run.evidence.torque_nm),
+    "drag": ("unmodelled drag / N m", _against_motion),
+    "voltage": ("unmodelled voltage / V", lambda run: run.voltage_v),
+    "rod": ("rod residual / mrad", lambda run: run.evidence.rod_error_rad * 1e3),
+    "current": ("current residual / A", lambda run: run.evidence.current_error_a),
     "recorded_current": ("current recorded / A", lambda run: run.recording.current_q_a),
     "recorded_voltage": ("voltage recorded / V", lambda run: run.recording.voltage_q_v),
 }

@@ -63,7 +63,7 @@ def _spectrum(axis: Axes, run: Run, left: str, colour: str, highest_hz: float) -
     axis.plot(frequency[part], size[part], color=colour, lw=1.0)
     axis.set(
         xlabel="frequency / Hz",
-        ylabel=label.replace(" off the model", " off, amplitude"),
+        ylabel=label.replace(" /", ", amplitude /"),
         ylim=(0, None),
     )
 

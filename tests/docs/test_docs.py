@@ -5,12 +5,19 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from ecyl_ros.cli.main import VERBS
+import pytest
+
+from ecyl_ros.cli.main import VERBS, main
 from ecyl_ros.drive.describe import key_table, tolerance_table
 from ecyl_ros.drive.drive_file import profiles
 
 ROOT = Path(__file__).parents[2]
-PAGES = [*ROOT.glob("*.md"), *sorted((ROOT / "docs").rglob("*.md"))]
+PAGES = [
+    *ROOT.glob("*.md"),
+    *sorted((ROOT / "docs").rglob("*.md")),
+    ROOT / "bags" / "README.md",
+    ROOT / "rclpy_cyclone" / "README.md",
+]
 
 
 def test_the_drive_file_page_holds_the_table_the_code_prints() -> None:
@@ -34,6 +41,30 @@ def test_the_readme_names_every_verb() -> None:
     readme = (ROOT / "README.md").read_text()
     for verb in VERBS:
         assert f"ecyl {verb}" in readme
+
+
+def test_every_command_of_the_pages_exists(capsys: pytest.CaptureFixture[str]) -> None:
+    """Verbs and long flags of `ecyl`, scripts and benchmarks that a page names are there."""
+    known: dict[str, str] = {}
+    for verb in VERBS:
+        with pytest.raises(SystemExit) as ended:
+            main([verb, "--help"])
+        assert ended.value.code == 0
+        known[verb] = capsys.readouterr().out
+    for page in PAGES:
+        text = page.read_text(encoding="utf-8").replace("\\\n", " ")
+        for verb, rest in re.findall(
+            r"(?:^|`|    )ecyl ([a-z][\w-]*)([^\n`|]*)", text, re.MULTILINE
+        ):
+            assert verb in known, (page, verb)
+            for flag in re.findall(r"(?<!\S)--[a-z][\w-]*", rest):
+                assert flag in known[verb], (page, verb, flag)
+        for name in re.findall(r"scripts/([a-z_]+)", text):
+            assert (ROOT / "scripts" / name).is_file(), (page, name)
+        for name in re.findall(r"scripts/bench (?:--\S+ \S+ )*([a-z_]+)", text):
+            assert (ROOT / "benchmarks" / f"{name}.py").is_file(), (page, name)
+        for name in re.findall(r"benchmarks/(\w+\.py)", text):
+            assert (ROOT / "benchmarks" / name).is_file(), (page, name)
 
 
 def test_the_nodes_page_names_every_topic_and_parameter() -> None:

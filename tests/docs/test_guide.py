@@ -61,17 +61,3 @@ def test_the_rigid_file_of_the_guide_leads_to_its_answer(
     first = re.match(r"The gap is .*?: [0-9.]+ kN s/m", said, re.DOTALL)
     assert first is not None and first[0] in GUIDE
     assert "viscous friction" in report.read_text(encoding="utf-8").lower()
-
-
-def test_every_command_of_the_guide_exists(capsys: pytest.CaptureFixture[str]) -> None:
-    """Verbs and long flags in the guide's commands are those of the command line."""
-    lines = "\n".join(BLOCKS).replace("\\\n", " ").splitlines()
-    commands = [line.split() for line in lines if line.startswith("ecyl ")]
-    assert {words[1] for words in commands} >= {"inspect", "diagnose", "simulate"}
-    for words in commands:
-        with pytest.raises(SystemExit) as ended:
-            main([words[1], "--help"])
-        assert ended.value.code == 0
-        known = capsys.readouterr().out
-        for flag in (word for word in words if word.startswith("--")):
-            assert flag in known, (words[1], flag)

@@ -39,5 +39,7 @@ def test_what_is_stiff_within_a_step_counts_as_more_work() -> None:
     before = replay.work
     replay.run({"spring_load": {"stiffness_n_per_m": 1e4}})
     spring = replay.work - before
-    replay.run(replay.complete({"inverter_dead_time": {"voltage_v": 2.25}}, {}))
+    replay.run(
+        replay.complete({"inverter_dead_time": {"voltage_v": 2.25, "transition_a": 0.005}}, {})
+    )
     assert replay.work - before - spring > 1.2 * spring > 0

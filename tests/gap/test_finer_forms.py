@@ -38,6 +38,19 @@ def test_stribeck_friction_begins_again_beside_viscous_friction() -> None:
         assert found.values["stribeck_friction"][name] == pytest.approx(stribeck[name], rel=0.03)
 
 
+def test_a_finer_form_that_adds_nothing_takes_no_place() -> None:
+    """Coulomb friction a hair off its best: Stribeck friction without a surplus at rest comes a
+    little closer, being the same, and does not replace it."""
+    true = {"rotor_coulomb_friction": {"coulomb_nm": 0.2}}
+    field = _field(true, ("rotor_coulomb_friction", "stribeck_friction"))
+    near = field.fitter.evaluate({"rotor_coulomb_friction": {"coulomb_nm": 0.2}})
+    ((values,),) = (one.values.values() for one in field.polish([near]))
+    off = {**values, "coulomb_nm": 1.0002 * values["coulomb_nm"]}
+    near = field.fitter.evaluate({"rotor_coulomb_friction": off})
+    assert field.polish([near])[0].fitted < near.fitted
+    assert Forms(field).finer(near) is near
+
+
 def test_friction_that_is_the_same_both_ways_is_one_level() -> None:
     """Friction by direction that has found how the contact gives: the plain level begins with that,
     and takes its place."""

@@ -1,4 +1,4 @@
-"""Followers, known by command and position alone, against lag and play put in by hand."""
+"""Followers, known by reference and position alone, against lag and play put in by hand."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ def test_a_mere_lag_proves_no_dead_band() -> None:
 
 
 def test_a_perfect_follower_has_no_gap() -> None:
-    """Position equals command to the resolution: no gap."""
+    """Position equals reference to the resolution: no gap."""
     assert diagnose(_followed(0.0, 0.0), MACHINE).verdict == "no_gap"
 
 
@@ -94,7 +94,7 @@ def test_the_resolution_is_the_encoders_step() -> None:
     assert resolution(smooth, None) == 0.0 and resolution(smooth, 1e-3) == 1e-3
 
 
-def test_a_follower_without_command_is_refused() -> None:
+def test_a_follower_without_reference_is_refused() -> None:
     """No reference: the field is named."""
     good = _followed(0.08, 0.03)
     bad = Recording(stamp_ns=good.stamp_ns, rotor_position_rad=good.rotor_position_rad)
@@ -105,5 +105,5 @@ def test_a_follower_without_command_is_refused() -> None:
         rotor_position_rad=good.rotor_position_rad,
         reference_position_rad=np.zeros(len(good)),
     )
-    with pytest.raises(InputError, match=r"the command moves by less than 4 steps"):
+    with pytest.raises(InputError, match=r"the reference moves by less than 4 steps"):
         diagnose(still, MACHINE)

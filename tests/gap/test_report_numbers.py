@@ -39,6 +39,23 @@ def test_amounts_keep_three_digits_and_short_units(value: float, unit: str, text
 
 
 @pytest.mark.parametrize(
+    ("values", "floor", "unit", "row"),
+    [
+        ((0.649e-3, 10.4e-6), 10.1e-6, "rad", ["649", "10.4", "10.1", "urad"]),
+        ((0.275, 0.958e-3), 5.52e-3, "V", ["275", "0.958", "5.52", "mV"]),
+        ((2.0, float("nan")), 0.5, "rad", ["2.00", "runs away", "0.500", "rad"]),
+        ((0.02, 0.01), float("nan"), "m", ["20.0", "10.0", "-", "mm"]),
+        ((0.2,), 0.1, "1", ["0.200", "0.100", ""]),
+    ],
+)
+def test_a_row_has_one_unit(
+    values: tuple[float, ...], floor: float, unit: str, row: list[str]
+) -> None:
+    """Gap, after and floor of a signal are comparable at sight; what is unknown is said."""
+    assert q.in_one_unit(values, floor, unit, words.RAN_AWAY) == row
+
+
+@pytest.mark.parametrize(
     ("value", "low", "high", "text"),
     [
         (0.38024, 0.3790, 0.3814, "0.3802 N m (0.3790 to 0.3814)"),
@@ -96,6 +113,7 @@ def test_type_is_set_in_our_text_alone() -> None:
         "\N{NO-BREAK SPACE}", " "
     )
     assert plain == "5 µm and 3 × 10⁻⁵ kg m², 7 mΩ; current / µA"
+    assert typeset("um/s") == "µm/s"  # alone in a column of units
     assert typeset("a < b, us and them") == "a &lt; b, us and them"
     assert escape('a"<b>\x1b[0m um') == "a&quot;&lt;b&gt;\ufffd[0m um"
 

@@ -77,13 +77,21 @@ def test_one_plain_sentence_says_what_came_out() -> None:
     )
     said = sentence(VERDICTS["unexplained"])
     assert said.startswith("The gap is not explained by anything in the catalogue.")
-    assert "74 % of the gap lies at reversals, in 20 % of the time" in said
+    assert "74 % of the gap lies at reversals, 20 % of the time" in said
     assert "Effects in the rotor come closest" in said
     assert said.endswith("but not surely enough to be named.")
     far = dataclasses.replace(
         VERDICTS["unexplained"], candidates=(Candidate(("local_jam",), 3, 3),)
     )
     assert sentence(far).endswith("too much to be named.")
+
+
+def test_a_sheet_that_removes_nothing_is_not_praised_for_it() -> None:
+    """Within the sheet with every constant as it was: how near the floor is, not a share of 0."""
+    some = VERDICTS["unexplained"]
+    within = dataclasses.replace(some, verdict="within_sheet", shrink=0.0, after=1.75 * some.floor)
+    assert "no more than 1.75 times the measurement noise" in sentence(within)
+    assert "0.0 %" not in sentence(within)
 
 
 def test_the_verdict_admits_what_cannot_be_told_apart() -> None:

@@ -272,7 +272,7 @@ def test_unusable_recordings_are_refused_by_name(change, message) -> None:
     [
         (
             "rotor_velocity_rad_per_s",
-            "rotor_velocity in rad/s is not used: drive.output is linear, whose velocity is "
+            "rotor_velocity in rad/s is not used: the velocity of a linear output is "
             "rod_velocity in m/s",
         ),
         ("rod_velocity_m_per_s", None),

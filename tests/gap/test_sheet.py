@@ -70,8 +70,13 @@ def test_exact_constants_are_not_fitted() -> None:
 class _Fitter:
     """As much of a fitter as strains ask for."""
 
-    def __init__(self, rows: int) -> None:
-        self.sheet = sheet(motor__torque_constant=0.1, load__inertia=0.1, motor__resistance=0.1)
+    def __init__(self, rows: int, **tolerances: float) -> None:
+        tolerances = tolerances or {
+            "motor__torque_constant": 0.1,
+            "load__inertia": 0.1,
+            "motor__resistance": 0.1,
+        }
+        self.sheet = sheet(**tolerances)
         self.rows = np.ones(rows, dtype=bool)
 
     def perfect_with(self, values: object) -> float:
@@ -117,6 +122,27 @@ def test_at_the_noise_floor_a_constant_far_off_its_sheet_is_strained(pull, left,
     fit = Fit({}, pulls, np.full((1, 3000), 0.5), 1.0, 1.0, left, (), (0, 1, 2), jacobian)
     found = strained(fit, fitter)
     assert (found and fitter.sheet.keys[found.row].split(".")[1]) == name
+
+
+@pytest.mark.parametrize(
+    ("key", "told"), [("motor.inductance", True), ("transmission.contact_damping", False)]
+)
+def test_a_constant_that_no_effect_stands_for_is_strained_too(key, told) -> None:
+    """An inductance 6 tolerances off refutes a set; not how impacts die away, which is a form."""
+    fitter = _Fitter(3000, **{key.replace(".", "__"): 0.1})
+    fit = Fit(
+        {},
+        np.array([6.0]),
+        np.full((1, 3000), 0.5),
+        1.0,
+        1.0,
+        1.0,
+        (),
+        (0,),
+        np.full((1, 3000), 50.0),
+    )
+    assert fitter.sheet.keys == (key,)
+    assert (strained(fit, fitter) is not None) == told
 
 
 def test_products_of_long_rows_are_those_of_numpy() -> None:

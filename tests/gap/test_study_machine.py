@@ -437,3 +437,13 @@ def test_nuisances_stay_at_the_noise_floor(seed: int) -> None:
     for name, floor in noise_floor(DRIVE).items():
         expected = model.samples[:, VOLTAGE + 1] if name == "voltage_q_v" else model.signal(name)
         assert _rms(recording.signal(name) - expected) < 1.12 * floor, name
+
+
+def test_a_machine_put_on_a_motion_again_differs_by_noise_alone():
+    """So that a motion planned from one recording is played on the machine that gave it."""
+    stage = Stage.of(3, DRIVE, 0.02)
+    again = stage.on(stage.reference, 1, DRIVE)
+    for name, values in stage.healthy.signals.items():
+        assert np.array_equal(again.healthy.signals[name], values)
+    assert again.with_effects({}, 3) == stage.with_effects({}, 3)
+    assert again.nuisances.noise_seed != stage.nuisances.noise_seed

@@ -108,10 +108,14 @@ def unhurried(folder: Path, delay_ticks: int = 1) -> Path:
 
 
 def node(
-    name: str, *parameters: str, drive: str | Path = "bench", domain: int | None = None
+    name: str,
+    *parameters: str,
+    drive: str | Path = "bench",
+    domain: int | None = None,
+    namespace: str = "/",
 ) -> NodeProcess:
     """Start one node as its own process, which ends with the test; see `NodeProcess`."""
-    _nodes.append(NodeProcess(name, *parameters, drive=drive, domain=domain))
+    _nodes.append(NodeProcess(name, *parameters, drive=drive, domain=domain, namespace=namespace))
     return _nodes[-1]
 
 

@@ -31,14 +31,21 @@ class NodeProcess:
         parameters: as `name:=value`.
         drive: profile or drive file.
         domain: ROS_DOMAIN_ID; this process's if not given.
+        namespace: of its topics and of the node itself.
     """
 
     def __init__(
-        self, name: str, *parameters: str, drive: str | Path = "bench", domain: int | None = None
+        self,
+        name: str,
+        *parameters: str,
+        drive: str | Path = "bench",
+        domain: int | None = None,
+        namespace: str = "/",
     ) -> None:
         arguments = ["--ros-args", "--params-file", str(resolve_drive(str(drive)))]
         for parameter in parameters:
             arguments += ["-p", parameter]
+        arguments += ["-r", f"__ns:={namespace}"]
         environment = dict(os.environ)
         if domain is not None:
             environment["ROS_DOMAIN_ID"] = str(domain)

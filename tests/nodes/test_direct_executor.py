@@ -8,6 +8,7 @@ import pytest
 import rclpy
 from rclpy.executors import Executor
 from rclpy.node import Node
+from rclpy.subscription import Subscription
 from rclpy.task import Future
 from std_msgs.msg import Float64
 
@@ -69,6 +70,40 @@ def test_this_rclpys_nodes_get_the_quick_executor(bystander: Bystander) -> None:
     assert isinstance(executor, DirectExecutor) == GENUINE and bystander.said == []
     assert list(executor.get_nodes()) == [bystander]
     _works(executor, bystander)
+
+
+def test_a_subscription_may_be_replaced_in_a_callback(bystander: Bystander) -> None:
+    """In a message's or a timer's: the new one gets the messages, the old one is let be."""
+    executor = make_executor(bystander)
+    heard: list[int] = []
+    done: Future = Future()
+    now: list[Subscription] = []
+
+    def subscribe() -> None:
+        number = len(now)
+        now.append(bystander.create_subscription(Float64, "t", lambda _: hear(number), 10))
+
+    def replace() -> None:
+        bystander.destroy_subscription(now[-1])
+        subscribe()
+
+    def hear(number: int) -> None:
+        heard.append(number)
+        if number == 0:
+            replace()
+        elif number == 2 and not done.done():
+            done.set_result(None)
+
+    def tick() -> None:
+        if heard and heard[-1] == 1 and len(now) == 2:
+            replace()
+        for _ in range(2):  # one more is waiting when a callback has ended its subscription
+            bystander.publisher.publish(Float64(data=1.0))
+
+    subscribe()
+    bystander.create_timer(0.02, tick)
+    executor.spin_until_future_complete(done, 20.0)
+    assert done.done() and sorted(set(heard)) == [0, 1, 2] and heard.count(0) == 1
 
 
 def test_an_rclpy_of_other_internals_spins_the_nodes_itself(

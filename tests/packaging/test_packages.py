@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 import subprocess
 import sys
 import sysconfig
@@ -56,25 +57,38 @@ def test_the_archives_hold_what_the_package_needs(built: Path) -> None:
         assert {"LICENSE", "README.md", "pyproject.toml"} <= members
 
 
-def test_the_wheels_work_without_the_repository(built: Path, tmp_path: Path) -> None:
-    """Installed into an empty environment, with nothing but their dependencies, both work."""
+@pytest.fixture(scope="module")
+def dependencies(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with what both packages need, and nothing of ours: by links, which is quick."""
+    there = tmp_path_factory.mktemp("dependencies")
+    for path in Path(sysconfig.get_path("purelib")).iterdir():
+        if not path.name.startswith(OURS):
+            (there / path.name).symlink_to(path)
+    return there
+
+
+@pytest.mark.parametrize("kind", ["whl", "tar.gz"])
+def test_the_archives_work_without_the_repository(
+    built: Path, dependencies: Path, tmp_path: Path, kind: str
+) -> None:
+    """Wheels, or source archives alone, installed into an empty environment: both work."""
     home = tmp_path / "venv"
     system = "include-system-site-packages = true" in Path(sys.prefix, "pyvenv.cfg").read_text()
     options = ["--system-site-packages"] if system else []
     subprocess.run([sys.executable, "-m", "venv", "--without-pip", *options, home], check=True)
     python = home / "bin" / "python"
-    install = ["install", "--quiet", "--no-deps", "--no-index", *built.glob("*.whl")]
-    subprocess.run([sys.executable, "-m", "pip", "--python", python, *install], check=True)
-    # The dependencies as they are here, and nothing of ours: by links, which is quick.
-    there = tmp_path / "dependencies"
-    there.mkdir()
-    for path in Path(sysconfig.get_path("purelib")).iterdir():
-        if not path.name.startswith(OURS):
-            (there / path.name).symlink_to(path)
     empty = tmp_path / "empty"
     empty.mkdir()
-    environment = os.environ | {"PYTHONPATH": str(there)}
-    smoke = ROOT / "tests" / "packaging" / "smoke.py"
+    environment = os.environ | {"PYTHONPATH": str(dependencies)}
+    # A source archive is built with the tools that are here: an environment for it needs a network.
+    install = ["install", "--quiet", "--no-deps", "--no-index", "--no-build-isolation"]
+    subprocess.run(
+        [sys.executable, "-m", "pip", "--python", python, *install, *built.glob(f"*.{kind}")],
+        cwd=empty,
+        env=environment,
+        check=True,
+    )
+    smoke = shutil.copy(ROOT / "tests" / "packaging" / "smoke.py", empty)
     done = subprocess.run(
         [python, smoke], cwd=empty, env=environment, capture_output=True, text=True
     )

@@ -15,9 +15,11 @@ from ecyl_ros.drive.drive_file import load_drive
 from ecyl_ros.drive.reference.planned import Leg, Planned
 from ecyl_ros.errors import InputError
 from ecyl_ros.gap.replay.replay import SIGNALS
+from ecyl_ros.plan import make
 from ecyl_ros.plan.blocks import library
 from ecyl_ros.plan.hypotheses import read_open
 from ecyl_ros.plan.make import make_plan
+from ecyl_ros.plan.others import moves
 from ecyl_ros.plan.trajectory import as_yaml
 
 PAIR = ("rotor_coulomb_friction", "load_coulomb_friction")
@@ -33,6 +35,18 @@ def test_a_planned_motion_separates_what_a_sine_does_not() -> None:
     assert apart["planned"] > plan.needed
     plan.motion.check(drive.limits, "plan")
     assert plan.motion.moving_s <= 2.0 + 1e-6
+
+
+def test_a_plan_is_never_worth_less_than_plain_moves(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A search that was cut short ends with a feeble motion: moves are played in its stead."""
+    drive = dataclasses.replace(load_drive("bench"), tolerances={"all": "exact"})
+    feeble = Planned((Leg(1e-5, 1e-4, 1e-2, 1.0),), 2.0)
+    monkeypatch.setattr(make, "planned", lambda *given: (feeble, False))
+    signals = tuple(one.name for one in SIGNALS)
+    plan = make.make_plan(drive, 2.0, [PAIR], [], {}, signals, [], budget_s=0.0)
+    apart = {one.motion: one.apart[0] for one in plan.predictions}
+    assert plan.motion == moves(drive.limits, 2.0)
+    assert apart["planned"] == apart["moves"]
 
 
 def test_blocks_begin_and_end_where_the_motion_starts() -> None:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from fuzzing import CONTROLLER_STATE, STATE_TYPE, as_sqlite, controller_state, foreign_mcap
+from foreign_bags import CONTROLLER_STATE, STATE_TYPE, as_sqlite, controller_state, foreign_mcap
 from mcap.writer import Writer
 from recording_samples import assert_same, made
 
@@ -324,7 +324,7 @@ def test_arrival_times_are_put_back_to_their_beat(tmp_path: Path) -> None:
     joints = [(0, round(a * 1e9), float(wave(t))) for t, a in zip(true, arrival, strict=True)]
     recording = read_two(series(tmp_path / "a.mcap", joints, joints))
     assert any("all header stamps are 0" in note for note in recording.notes)
-    assert any("taken for sampled evenly" in note for note in recording.notes)
+    assert any("taken as sampled evenly" in note for note in recording.notes)
     left = recording.rod_position_m - wave(recording.stamp_ns / 1e9)
     rough = np.interp(arrival, true, wave(true)) - wave(true)
     assert np.abs(left).max() < 0.1 * np.abs(rough).max()
@@ -355,7 +355,7 @@ def test_our_own_topics_in_disorder_are_read_all_the_same(tmp_path: Path) -> Non
         read_recording(tmp_path / "b.mcap")
     back = load_recording(tmp_path / "b.mcap")
     assert_same(back, recording)
-    assert "put in order" in back.notes[0]
+    assert "sorted and resampled" in back.notes[0]
     assert_same(read_mapped(tmp_path / "a.mcap", contract_map()), recording)
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from fuzzing import as_sqlite, foreign_mcap
+from foreign_bags import as_sqlite, foreign_mcap
 from mcap.writer import Writer
 from recording_samples import assert_same, made
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from fuzzing import foreign_mcap
+from foreign_bags import foreign_mcap
 
 from ecyl_ros.cli.main import main
 from ecyl_ros.recording.check import check_map

@@ -208,7 +208,7 @@ def test_inspect_tells_of_wraps(tmp_path: Path, capsys: pytest.CaptureFixture[st
     times = int((np.abs(np.diff(np.mod(ANGLE, math.tau))) > 3.0).sum())
     path = table(tmp_path / "a.csv", t=TIME, motor_angle_rad=np.mod(ANGLE, math.tau))
     assert main(["inspect", str(path), "--json", str(tmp_path / "a.json")]) == 0
-    assert f"to the other {times} times, as what starts again after rev does" in (
+    assert f"to the other {times} times, as a field that wraps around after rev does" in (
         capsys.readouterr().out
     )
     (topic,) = json.loads((tmp_path / "a.json").read_text())["topics"]

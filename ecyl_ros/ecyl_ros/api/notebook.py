@@ -25,7 +25,7 @@ def html(diagnosis: Diagnosis) -> str:
     parts = [
         f"<h4>{escape(words.verdict(diagnosis.verdict))}</h4><p>{typeset(sentence(diagnosis))}</p>",
         _table(("cause", "parameter", "value", "95 % interval", "confidence"), _causes(diagnosis)),
-        _table(("held out", "gap", "after", "noise floor"), _signals(diagnosis)),
+        _table(("held out", "gap", "after", "noise floor", "unit"), _signals(diagnosis)),
         _table(("measured", "value", "95 % interval", "nominal"), _measured(diagnosis)),
         _table(("constant", "nominal", "found", "95 % interval", "pull"), _sheet(diagnosis)),
     ]
@@ -58,8 +58,8 @@ def _causes(diagnosis: Diagnosis) -> Iterable[Sequence[str]]:
 
 def _signals(diagnosis: Diagnosis) -> Iterable[Sequence[str]]:
     for one in diagnosis.signals:
-        runs = (q.replayed(value, one.unit) for value in (one.gap, one.after))
-        yield words.signal(one.name), *runs, q.amount(one.floor, one.unit)
+        figures = q.in_one_unit((one.gap, one.after), one.floor, one.unit, words.RAN_AWAY)
+        yield words.signal(one.name), *figures
 
 
 def _measured(diagnosis: Diagnosis) -> Iterable[Sequence[str]]:
@@ -85,7 +85,7 @@ class _Picture(Figure):
 
 
 def picture(diagnosis: Diagnosis) -> Figure:
-    """A panel a signal: recorded, the nominal model, and with what was found."""
+    """A panel a signal: recorded, the nominal model, and the twin."""
     stretch = worst(diagnosis)
     if stretch is None:
         raise InputError(f"{diagnosis.source}: nothing was held out, so there is nothing to draw")
@@ -96,7 +96,7 @@ def picture(diagnosis: Diagnosis) -> Figure:
     time = series.time_s[stretch.rows]
     runs = [("nominal model", series.before, _BEFORE)]
     if diagnosis.closes:
-        runs.append(("with what was found", series.after, _AFTER))
+        runs.append(("twin", series.after, _AFTER))
     for index, panel in zip(shown, panels, strict=True):
         recorded = series.recorded[index, stretch.rows]
         largest = max((abs(float(value)) for value in recorded if value == value), default=0.0)

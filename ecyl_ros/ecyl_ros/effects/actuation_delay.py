@@ -25,8 +25,8 @@ EFFECT = Effect(
     name="actuation_delay",
     block="timing",
     title="actuation delay",
-    summary="The inverter applies each voltage a moment after it was commanded: the "
-    "current loop rings.",
+    summary="The inverter applies each voltage with a delay beyond the nominal one: the current "
+    "loop rings.",
     excitation="fast changes of motion: impacts at reversals, chirps, steps",
     parameters=(
         Quantity(

@@ -20,7 +20,7 @@ EFFECT = Effect(
     name="back_emf_error",
     block="motor_electrical",
     title="wrong back-EMF constant",
-    summary="The voltage differs in proportion to speed; the motion hardly does.",
+    summary="The voltage differs in proportion to speed; the motion hardly changes.",
     excitation="high speed, and a recorded voltage",
     parameters=(
         Quantity(

@@ -20,7 +20,8 @@ EFFECT = Effect(
     name="backlash_error",
     block="transmission",
     title="wrong backlash",
-    summary="Rotor and rod part by another angle at reversals; the flank meets later or earlier.",
+    summary="At reversals the rotor crosses more or less backlash than in the model: the flank "
+    "meets later or earlier.",
     excitation="reversals",
     parameters=(
         Quantity(

@@ -20,8 +20,7 @@ EFFECT = Effect(
     name="current_integral_error",
     block="controller",
     title="wrong current loop integral gain",
-    summary="The current reaches its command sooner or later than in the model, by "
-    "thousandths of a second.",
+    summary="The current reaches its command sooner or later than in the model, by milliseconds.",
     excitation="sharp changes of current at speed; a recorded voltage",
     parameters=(
         Quantity(

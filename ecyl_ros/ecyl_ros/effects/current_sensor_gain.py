@@ -15,9 +15,10 @@ EFFECT = Effect(
     name="current_sensor_gain",
     block="sensor",
     title="current sensor gain",
-    summary="The recorded current is too large or too small by a share: torque, voltage and "
-    "current disagree in the same proportion.",
-    excitation="high current, and a recorded voltage, which tells it from the torque constant",
+    summary="The current reading is too large or too small by a constant share: torque, voltage "
+    "and current disagree in the same proportion.",
+    excitation="high current, and a recorded voltage, which distinguishes it from the torque "
+    "constant",
     parameters=(
         Quantity(name="gain", unit="1", low=-0.9, high=3.0, meaning="reading over truth, less 1"),
     ),

@@ -23,7 +23,7 @@ EFFECT = Effect(
     title="current sensor offset",
     summary="The recorded current is offset from zero while the motion shows no force: the loop "
     "regulates a wrong current.",
-    excitation="rest and passages through the backlash, which tell it from a constant load",
+    excitation="rest and passages through the backlash, which distinguish it from a constant load",
     parameters=(
         Quantity(name="offset_a", unit="A", low=-1e3, high=1e3, meaning="added to the reading"),
     ),

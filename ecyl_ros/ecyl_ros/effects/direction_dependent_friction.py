@@ -50,9 +50,9 @@ EFFECT = Effect(
     name="direction_dependent_friction",
     block="load",
     title="friction that depends on direction",
-    summary="The load drags more one way than the other, in level or in its rise with speed: one "
-    "flank of the screw is worn, a seal lip points one way.",
-    excitation="motion both ways at several speeds",
+    summary="Friction on the load is higher in one direction than in the other, in level or in its "
+    "rise with speed: one flank of the screw is worn, a seal lip points one way.",
+    excitation="motion in both directions at several speeds",
     parameters=(
         Quantity(
             name="coulomb_positive_nm", unit="N m", low=0.0, high=1e3, meaning="level, forwards"

@@ -17,8 +17,8 @@ EFFECT = Effect(
     name="encoder_eccentricity",
     block="sensor",
     title="encoder eccentricity",
-    summary="The encoder's angle, and its speed with it, err once per rotor turn; the loop makes "
-    "the rotor follow the error, and the rod shows it.",
+    summary="The encoder's angle and speed have an error with one period per rotor turn; the loop "
+    "makes the rotor follow the error, and the rod shows it.",
     excitation="travel over a good part of a rotor turn, and a recorded rod position",
     parameters=(
         Quantity(name="amplitude_rad", unit="rad", low=0.0, high=1.0, meaning="peak angle error"),

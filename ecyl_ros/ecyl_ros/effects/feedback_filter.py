@@ -25,8 +25,8 @@ EFFECT = Effect(
     name="feedback_filter",
     block="controller",
     title="speed feedback filter",
-    summary="The loop acts on a smoothed speed, a moment old: less damping, overshoot "
-    "and oscillation after fast changes, while the position feedback is prompt.",
+    summary="The loop acts on a low-passed speed: less damping, overshoot and oscillation after "
+    "fast changes, while the position feedback is prompt.",
     excitation="fast changes of motion: impacts at reversals, chirps, steps",
     parameters=(
         Quantity(

@@ -31,7 +31,7 @@ EFFECT = Effect(
     name="lead_error",
     block="transmission",
     title="wrong lead",
-    summary="The rod is off in proportion to its travel; the rotor hardly notices.",
+    summary="The rod position is off in proportion to its travel; the rotor hardly notices.",
     excitation="travel, and a recorded rod position",
     parameters=(
         Quantity(

@@ -32,7 +32,7 @@ EFFECT = Effect(
     name="load_dependent_friction",
     block="load",
     title="load-dependent friction",
-    summary="Friction that grows with the torque through the screw: efficiency below one.",
+    summary="Friction that grows with the torque through the screw: an efficiency below one.",
     excitation="high and low torque at similar speeds",
     parameters=(
         Quantity(

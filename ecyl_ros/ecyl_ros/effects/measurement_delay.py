@@ -20,8 +20,8 @@ EFFECT = Effect(
     name="measurement_delay",
     block="timing",
     title="measurement delay",
-    summary="The loop acts on positions and speeds of a moment ago: less damping, "
-    "overshoot, ringing at fast changes.",
+    summary="The loop acts on delayed positions and speeds: less damping, overshoot, ringing at "
+    "fast changes.",
     excitation="fast changes of motion: impacts at reversals, chirps, steps",
     parameters=(
         Quantity(

@@ -43,7 +43,7 @@ EFFECT = Effect(
     block="load",
     title="periodic disturbance",
     summary="A force of fixed frequency, at rest as in motion: a pump, a spindle, a press nearby.",
-    excitation="any, rest included; several of its periods",
+    excitation="any motion, or rest, over several of its periods",
     parameters=(
         Quantity(name="amplitude_n", unit="N", low=0.0, high=1e6, meaning="peak force on the rod"),
         Quantity(name="frequency_hz", unit="Hz", low=1e-2, high=1e4, meaning="its frequency"),

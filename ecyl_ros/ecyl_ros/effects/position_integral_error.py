@@ -22,7 +22,7 @@ EFFECT = Effect(
     title="wrong position loop integral gain",
     summary="The tracking error decays over a longer or shorter time than the model's, in"
     " steady motion and under load; fast motion hardly differs.",
-    excitation="slow motion and long stretches at one speed; a load makes it plainer",
+    excitation="slow motion and long stretches at one speed, best under load",
     parameters=(
         Quantity(
             name="ki_per_s2",

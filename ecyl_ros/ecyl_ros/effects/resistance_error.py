@@ -20,7 +20,7 @@ EFFECT = Effect(
     name="resistance_error",
     block="motor_electrical",
     title="wrong resistance",
-    summary="The voltage differs in proportion to the current; the motion hardly does.",
+    summary="The voltage differs in proportion to the current; the motion hardly changes.",
     excitation="high current, and a recorded voltage",
     parameters=(
         Quantity(

@@ -32,8 +32,8 @@ EFFECT = Effect(
     block="motor_mechanical",
     title="Coulomb friction on the rotor",
     summary="A torque of constant size against the rotor's motion; the rotor sticks at reversals, "
-    "in the backlash too, where the load is not felt.",
-    excitation="reversals, some of them slow; the backlash tells it from the load's",
+    "in the backlash too, where the load does not act.",
+    excitation="reversals, some of them slow; the backlash separates it from friction on the load",
     parameters=(
         Quantity(
             name="coulomb_nm", unit="N m", low=0.0, high=1e3, meaning="friction torque at the rotor"

@@ -30,7 +30,7 @@ EFFECT = Effect(
     block="motor_mechanical",
     title="Viscous friction on the rotor",
     summary="A torque against the rotor's motion in proportion to its speed, beyond the nominal.",
-    excitation="motion at different speeds; passages through the backlash tell rotor from load",
+    excitation="motion at different speeds; passages through the backlash separate rotor from load",
     parameters=(
         Quantity(
             name="viscous_nm_s_per_rad",

@@ -20,8 +20,8 @@ EFFECT = Effect(
     name="speed_gain_error",
     block="controller",
     title="wrong speed loop gain",
-    summary="The speed loop holds its speed more or less stiffly: impacts at reversals "
-    "and fast changes end in other currents and oscillations.",
+    summary="The speed loop is stiffer or softer: impacts at reversals and fast changes lead to "
+    "other currents and oscillations.",
     excitation="fast changes of motion: impacts at reversals, chirps, steps",
     parameters=(
         Quantity(

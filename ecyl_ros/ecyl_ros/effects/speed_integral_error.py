@@ -20,8 +20,8 @@ EFFECT = Effect(
     name="speed_integral_error",
     block="controller",
     title="wrong speed loop integral gain",
-    summary="What friction and load push the drive off its speed is corrected faster or "
-    "more slowly than in the model.",
+    summary="The speed loop corrects errors from friction and load faster or more slowly than in "
+    "the model.",
     excitation="reversals, loads and changes of speed",
     parameters=(
         Quantity(

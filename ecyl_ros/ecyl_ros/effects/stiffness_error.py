@@ -22,8 +22,8 @@ EFFECT = Effect(
     name="stiffness_error",
     block="transmission",
     title="wrong stiffness",
-    summary="Contact torque oscillates at another frequency after a flank meets; "
-    "rod and rotor part with load.",
+    summary="The contact torque oscillates at another frequency after a flank meets, and the twist "
+    "under load differs.",
     excitation="impacts at reversals, fast reversals of torque",
     parameters=(
         Quantity(

@@ -44,8 +44,8 @@ EFFECT = Effect(
     name="stribeck_friction",
     block="motor_mechanical",
     title="Stribeck friction on the rotor",
-    summary="Friction that is higher at rest than in motion: slow motion jerks, breaking away "
-    "takes more torque than going on.",
+    summary="Friction that is higher at rest than in motion: stick-slip in slow motion, and a "
+    "breakaway torque above that of motion.",
     excitation="slow motion and reversals beside fast motion",
     parameters=(
         Quantity(name="coulomb_nm", unit="N m", low=0.0, high=1e3, meaning="level at speed"),

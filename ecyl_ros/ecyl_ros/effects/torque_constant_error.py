@@ -23,8 +23,7 @@ EFFECT = Effect(
     name="torque_constant_error",
     block="motor_electrical",
     title="wrong torque constant",
-    summary="The ratio of current to motion is not the model's, in friction, acceleration and load "
-    "alike.",
+    summary="Torque per ampere differs from the model's, in friction, acceleration and load alike.",
     excitation="high torque: acceleration or a known load",
     parameters=(
         Quantity(

@@ -35,8 +35,8 @@ EFFECT = Effect(
     name="transmission_error",
     block="transmission",
     title="kinematic transmission error",
-    summary="The rod leads and lags its place periodically over the screw's turn (runout, pitch "
-    "error) while the rotor moves as it should.",
+    summary="The rod position has an error that repeats with the screw's turn (runout, pitch "
+    "error), while the rotor moves as in the model.",
     excitation="travel over a good part of a screw turn, and a recorded rod position",
     parameters=(
         Quantity(

@@ -147,7 +147,7 @@ def _without_unsure(competition: Competition, fitter: Fitter) -> tuple[Competiti
     notes = []
     for name in unsure:
         titles = " or ".join(CATALOGUE[one].title for one in (name, *others[name]))
-        notes.append(f"{titles} would fit better still, each equally well")
+        notes.append(f"{titles} would improve the fit further, each equally well")
     return without_effects(competition, fitter, unsure), notes
 
 
@@ -197,9 +197,9 @@ def assembled(found: Judged, source: str, drive_name: str) -> tuple[Diagnosis, F
         surplus = max(before - floor, 1e-12)
     elif floor > white:
         notes.append(
-            f"with {' and '.join(one.title for one in causes)} the loop amplifies the noise "
-            "and differences too small to show without: a perfect model would leave "
-            f"{floor / white:.1f} times the noise of the sensors"
+            f"with {' and '.join(one.title for one in causes)} the loop amplifies sensor noise "
+            "and differences that are otherwise too small to show: even a perfect model would "
+            f"leave {floor / white:.1f} times the sensor noise"
         )
     final = winner if named else alone
     after = in_all(final)

@@ -1,9 +1,9 @@
-"""A drive of which only command and position are known: how it follows, and no more.
+"""A drive of which only reference and position are known: how it follows, and no more.
 
-    position(t) = play(command(t - lag); width) + offset
+    position(t) = play(reference(t - lag); width) + offset
 
 with the play (backlash) operator of hysteresis theory: the output stays where it is until the
-command has moved away from it by half the width. Lag and width are scanned together; whether the
+reference has moved away from it by half the width. Lag and width are scanned together; whether the
 width is backlash, stiction, or a dead band of the controller, and whether the lag is a delay
 or a soft loop, position alone does not say, so that no cause is named.
 """
@@ -41,7 +41,7 @@ _GRID = 41  # lags and widths of a scan
 _ROUNDS = 3  # of finer scans
 _BLOCKS = 12  # left out in turn for intervals
 _LEAST = 16  # samples
-_MOVES = 4.0  # resolutions that the command has to travel
+_MOVES = 4.0  # resolutions that the reference has to travel
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,19 +63,19 @@ def diagnose_follower(
     drive_name: str,
     tell: Callable[[float], None],
 ) -> Diagnosis:
-    """Say how the output follows its command: lag, play or dead band, offset, resolution.
+    """Say how the output follows its reference: lag, play or dead band, offset, resolution.
 
     See `diagnose.diagnose`; what the machine's file says of a load or a loop is not used.
 
     Raises:
-        InputError: no position, no command, a command that does not move.
+        InputError: no position, no reference, a reference that does not move.
     """
     motion = motion_of(recording, machine, source, mode)
     end = "m" if machine.linear else "rad"
-    command = motion.reference_position
-    if not np.isfinite(command).any():
+    reference = motion.reference_position
+    if not np.isfinite(reference).any():
         raise InputError(
-            f"{source}: reference_position in {end} is missing; a follower is judged by command "
+            f"{source}: reference_position in {end} is missing; a follower is judged by reference "
             "and position"
         )
     name = "rod_position_m" if machine.linear else "rotor_position_rad"
@@ -83,25 +83,25 @@ def diagnose_follower(
         name = "load_position_rad"
     known = recording.signal(name)[np.isfinite(recording.signal(name))]
     step = resolution(known, machine.position_resolution)
-    usable = motion.usable & np.isfinite(command)
-    if not usable.any() or not np.ptp(command[usable]) > _MOVES * max(step, 1e-300):
+    usable = motion.usable & np.isfinite(reference)
+    if not usable.any() or not np.ptp(reference[usable]) > _MOVES * max(step, 1e-300):
         raise InputError(
-            f"{source}: the command moves by less than {_MOVES:g} steps of the position "
+            f"{source}: the reference moves by less than {_MOVES:g} steps of the position "
             f"({step:.3g} {end}); expected motion"
         )
-    command = np.interp(motion.time_s, motion.time_s[usable], command[usable])
+    reference = np.interp(motion.time_s, motion.time_s[usable], reference[usable])
     floor = math.hypot(step / math.sqrt(12.0), machine.position_noise or motion.position_noise)
-    judge = _Judge(motion, command, usable, step)
+    judge = _Judge(motion, reference, usable, step)
     if min(int(judge.fitted.sum()), int(judge.judged.sum())) < _LEAST:
         raise InputError(
-            f"{source}: {int(usable.sum())} samples of command and position together, expected "
+            f"{source}: {int(usable.sum())} samples of reference and position together, expected "
             f"more: at least {_LEAST} to fit and {_LEAST} to judge"
         )
     tell(0.1)
     best = judge.fit(judge.fitted, lags=True, widths=True)
     tell(0.5)
     whole, spans = judge.with_intervals(lambda share: tell(0.5 + 0.45 * share))
-    gap = _rms((motion.raw_position - command)[judge.judged])
+    gap = _rms((motion.raw_position - reference)[judge.judged])
     left = _rms((motion.raw_position - best.position)[judge.judged])
     only = {
         "lag": judge.fit(judge.fitted, lags=True, widths=False),
@@ -119,7 +119,7 @@ def diagnose_follower(
         verdict=verdict_of(no_gap=no_gap),
         block=None,
         signals=(SignalGap("position", end, gap, gap, floor),),
-        when=() if no_gap else _when(motion, command, usable),
+        when=() if no_gap else _when(motion, reference, usable),
         frequency_hz=(),
         ports=(),
         causes=(),
@@ -131,7 +131,7 @@ def diagnose_follower(
         candidates=(),
         notes=(*_notes(motion, machine, step, whole, spans, alone, left, gap), *motion.notes),
         values={},
-        series=_series(motion, machine, command, judge, stamp),
+        series=_series(motion, machine, reference, judge, stamp),
         replays=judge.scans,
         misfit_before=gap / floor,
         misfit_after=gap / floor,
@@ -161,8 +161,10 @@ def resolution(position: FloatArray, stated: float | None) -> float:
 
 
 class _Judge:
-    def __init__(self, motion: Motion, command: FloatArray, usable: BoolArray, step: float) -> None:
-        self.motion, self.command, self.usable, self.step = motion, command, usable, step
+    def __init__(
+        self, motion: Motion, reference: FloatArray, usable: BoolArray, step: float
+    ) -> None:
+        self.motion, self.reference, self.usable, self.step = motion, reference, usable, step
         time_s = motion.time_s
         self.stretch = (time_s / stretch_length(float(time_s[-1]))).astype(np.int64)
         held = self.stretch % HELD_OUT_EVERY == 1
@@ -200,7 +202,7 @@ class _Judge:
         return whole, spans
 
     def _scan(self, rows: BoolArray, lags: bool, widths: bool) -> _Followed:
-        reach = float(np.ptp(self.command[self.usable]))
+        reach = float(np.ptp(self.reference[self.usable]))
         low = np.array([0.0, 0.0])
         high = np.array([_LONGEST_LAG_S if lags else 0.0, 0.9 * reach if widths else 0.0])
         best = np.zeros(2)
@@ -216,7 +218,7 @@ class _Judge:
                 low[0] = high[0] = 0.0
             if not widths:
                 low[1] = high[1] = 0.0
-        played = np.empty(self.command.size)
+        played = np.empty(self.reference.size)
         _play(self._late(float(best[0])), 0.5 * float(best[1]), played)
         offset = float(np.mean((self.motion.raw_position - played)[rows]))
         return _Followed(float(best[0]), float(best[1]), offset, played + offset)
@@ -231,27 +233,27 @@ class _Judge:
 
     def _late(self, lag_s: float) -> FloatArray:
         time_s = self.motion.time_s
-        return np.interp(time_s - lag_s, time_s, self.command)
+        return np.interp(time_s - lag_s, time_s, self.reference)
 
 
 @kernel
-def _play(command, half, out):
-    """The play operator: `out` stays until `command` is `half` away from it."""
-    state = command[0]
-    for index in range(command.shape[0]):
-        state = min(max(state, command[index] - half), command[index] + half)
+def _play(reference, half, out):
+    """The play operator: `out` stays until `reference` is `half` away from it."""
+    state = reference[0]
+    for index in range(reference.shape[0]):
+        state = min(max(state, reference[index] - half), reference[index] + half)
         out[index] = state
 
 
 @kernel
-def _play_costs(command, halves, position, rows, out):
-    """Variance over `rows` of position less played command, for each half width, into `out`."""
+def _play_costs(reference, halves, position, rows, out):
+    """Variance over `rows` of position less played reference, for each half width, into `out`."""
     for number in range(halves.shape[0]):
         half = halves[number]
-        state = command[0]
+        state = reference[0]
         count, first, second = 0, 0.0, 0.0
-        for index in range(command.shape[0]):
-            state = min(max(state, command[index] - half), command[index] + half)
+        for index in range(reference.shape[0]):
+            state = min(max(state, reference[index] - half), reference[index] + half)
             if rows[index]:
                 left = position[index] - state
                 count += 1
@@ -277,7 +279,7 @@ def _measured(
     lag = (max(spans["lag_s"][0], 0.0), spans["lag_s"][1])
     width = (max(spans["width"][0], 0.0), spans["width"][1])
     return (
-        Measured("lag_s", "s", whole.lag_s, *lag, "of the position behind the command"),
+        Measured("lag_s", "s", whole.lag_s, *lag, "of the position behind the reference"),
         Measured(
             f"dead_band_{end}",
             end,
@@ -286,14 +288,14 @@ def _measured(
             "backlash, stiction and dead band of the controller together, full width",
         ),
         Measured(
-            f"offset_{end}", end, whole.offset, *spans["offset"], "position less command, mean"
+            f"offset_{end}", end, whole.offset, *spans["offset"], "position minus reference, mean"
         ),
         Measured(f"resolution_{end}", end, step, step, step, "step of the recorded position"),
         Measured(
             "highest_frequency_hz",
             "Hz",
             *(0.5 * motion.rate_hz,) * 3,
-            "half the sampling rate: nothing above is seen",
+            "half the sampling rate: nothing faster is seen",
         ),
         Measured(
             "relative_gap_taken_off", "1", share, share, share, "by these, on held-out stretches"
@@ -313,7 +315,7 @@ def _notes(
 ) -> list[str]:
     unit = "m" if machine.linear else "rad"
     notes = [
-        "command and position alone, controller unknown: a lag may be a delay or a soft loop, a "
+        "reference and position alone, controller unknown: a lag may be a delay or a soft loop, a "
         "dead band may be backlash, stiction or the controller's own; no cause is named",
     ]
     if left > 0.0 and min(alone.values()) <= 1.05 * left:
@@ -321,8 +323,8 @@ def _notes(
         other = "dead band" if name == "lag" else "lag"
         what = "lag" if name == "lag" else "dead band"
         notes.append(
-            f"a {what} alone leaves nearly as little as both: the {other} is not sure; moves of "
-            "several speeds would tell"
+            f"a {what} alone fits nearly as well as both together: the {other} is uncertain; "
+            "moves at several speeds would decide"
         )
     if whole.lag_s < 1.0 / motion.rate_hz:
         notes.append(f"the lag is below one sample of {1e3 / motion.rate_hz:.3g} ms")
@@ -333,8 +335,8 @@ def _notes(
         )
     if left > 2.0 * step and left > 0.3 * gap:
         notes.append(
-            f"{100.0 * left / gap:.0f} % of the gap is left by lag and dead band: the output also "
-            "moves otherwise than commanded (load, friction, stick-slip)"
+            f"lag and dead band leave {100.0 * left / gap:.0f} % of the gap: the output departs "
+            "from the reference in other ways, too (load, friction, stick-slip)"
         )
     notes.append(
         f"not judged at {motion.rate_hz:.3g} Hz from an encoder at the output: inertia, friction "
@@ -343,16 +345,16 @@ def _notes(
     )
     if np.isfinite(motion.effort).any():
         notes.append(
-            "an effort was recorded and not used: a drive file of kind rigid weighs motion against "
-            "it"
+            "an effort was recorded and not used: a drive file of kind rigid compares the motion "
+            "with it"
         )
     return notes
 
 
-def _when(motion: Motion, command: FloatArray, usable: BoolArray) -> tuple[ConditionShare, ...]:
-    energy = (motion.raw_position - command)[usable] ** 2
-    speed = np.gradient(command, motion.time_s)[usable]
-    top = float(np.max(np.abs(np.gradient(command, motion.time_s))))
+def _when(motion: Motion, reference: FloatArray, usable: BoolArray) -> tuple[ConditionShare, ...]:
+    energy = (motion.raw_position - reference)[usable] ** 2
+    speed = np.gradient(reference, motion.time_s)[usable]
+    top = float(np.max(np.abs(np.gradient(reference, motion.time_s))))
     masks = {
         "rest": np.abs(speed) < 0.01 * top,
         "low_speed": (np.abs(speed) >= 0.01 * top) & (np.abs(speed) < 0.2 * top),
@@ -364,20 +366,20 @@ def _when(motion: Motion, command: FloatArray, usable: BoolArray) -> tuple[Condi
 
 
 def _series(
-    motion: Motion, machine: Machine, command: FloatArray, judge: _Judge, start_ns: int
+    motion: Motion, machine: Machine, reference: FloatArray, judge: _Judge, start_ns: int
 ) -> Series:
     end = "m" if machine.linear else "rad"
     return Series(
         time_s=motion.time_s,
-        reference_m=command,
+        reference_m=reference,
         recorded=motion.raw_position[None],
-        before=command[None],
-        after=command[None],
+        before=reference[None],
+        after=reference[None],
         held_out=judge.judged,
         usable=judge.usable,
         start_ns=start_ns,
         position=motion.raw_position,
         position_unit=end,
-        speed=np.gradient(command, motion.time_s),
+        speed=np.gradient(reference, motion.time_s),
         speed_unit=f"{end}/s",
     )

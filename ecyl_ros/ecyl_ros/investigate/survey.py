@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 
 from ..drive.parameters import DriveParameters, LimitParameters
-from ..drive.reference.planned import Leg, Planned
+from ..drive.reference.planned import Planned
 from ..errors import InputError
 from ..plan.blocks import Block, check_room, widest
 from ..plan.healthy import Healthy
@@ -64,9 +64,7 @@ def _check_seen(drive: DriveParameters, motion: Planned) -> None:
 
 
 def _made(limits: LimitParameters, duration_s: float) -> Planned:
-    first = moves(limits, _MOVES_SHARE * duration_s)
-    home = Leg(0.0, limits.speed, limits.acceleration, limits.jerk, 0.1)
-    legs = (*first.legs, home) if first.legs else ()
+    legs = moves(limits, _MOVES_SHARE * duration_s).legs
     reach = widest(limits, duration_s / 8.0)
     for share, speed, acceleration, rest in _BLOCKS:
         block = Block(share * reach, speed * limits.speed, acceleration * limits.acceleration, rest)

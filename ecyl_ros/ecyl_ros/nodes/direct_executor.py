@@ -70,13 +70,15 @@ class _Inbox:
         if not (callable(self._take) and callable(self._subscription.callback)):
             raise TypeError("take_message or callback cannot be called")
 
-    def serve(self) -> bool:
-        """Whether there was a message."""
+    def serve(self, changed: Callable[[], bool]) -> bool:
+        """Whether there was a message. After one that changed subscriptions none is taken."""
         for count in range(AT_ONCE):
             taken = self._take(self._type, self._raw)
             if taken is None:
                 return count > 0
             self._subscription.callback(taken[0])
+            if changed():
+                break
         return True
 
 
@@ -90,7 +92,8 @@ class DirectExecutor(SingleThreadedExecutor):
 
     def __init__(self) -> None:
         super().__init__()
-        self._count = -1  # subscriptions known
+        self._known: list[Any] = []  # subscriptions that are taken from
+        self._changed = False
         self._waited: list[_Inbox] = []
         self._batched: list[_Inbox] = []
         self._paced: list[Any] = []
@@ -119,6 +122,14 @@ class DirectExecutor(SingleThreadedExecutor):
             return f"{type(error).__name__}: {str(error).splitlines()[0] if str(error) else ''}"
         return None
 
+    def wake(self) -> None:
+        """rclpy calls this when a node has got an entity or lost one."""
+        self._changed = True
+        super().wake()
+
+    def _has_changed(self) -> bool:
+        return self._changed
+
     def can_execute(self, entity: Any) -> bool:
         """Whether rclpy's part is to run the entity: not what is taken here."""
         return not self._taken_here(entity) and super().can_execute(entity)
@@ -138,14 +149,13 @@ class DirectExecutor(SingleThreadedExecutor):
         next_batch = next_look = now
         ok, done = self.context.ok, future.done
         while ok() and not done():
-            served = False
-            for inbox in self._waited:
-                served |= inbox.serve()
+            if self._changed:
+                self._follow(self.get_nodes())
+            served = self._serve(self._waited)
             now = time.monotonic()
             due = min([node.due_s for node in self._paced], default=inf)
             if now >= min(due, next_batch, next_look):
-                for inbox in self._batched:
-                    served |= inbox.serve()
+                served |= self._serve(self._batched)
                 next_batch = now + self._batch_s
             if now >= due:
                 for node in self._paced:
@@ -160,9 +170,27 @@ class DirectExecutor(SingleThreadedExecutor):
                 due = min([node.due_s for node in self._paced], default=inf)
                 self._sleep(min(next_look, next_batch, due, end) - time.monotonic())
 
+    def _serve(self, inboxes: list[_Inbox]) -> bool:
+        """Hand over what has come; whether anything had.
+
+        A subscription that a callback has destroyed must not be asked again.
+        """
+        served = False
+        for inbox in inboxes:
+            if self._changed:
+                break
+            served |= inbox.serve(self._has_changed)
+        return served
+
+    def _follow(self, nodes: list[Any]) -> None:
+        """Take from the subscriptions that there are now."""
+        self._changed = False
+        if [one for node in nodes for one in node.subscriptions] != self._known:
+            self._gather(nodes)
+
     def _sleep(self, seconds: float) -> None:
         """Until a message that is waited for has come, at most so long."""
-        if seconds <= 0.0:
+        if seconds <= 0.0 or self._changed:
             return
         if self._waited:
             self._wait(int(seconds * 1e9))
@@ -196,8 +224,7 @@ class DirectExecutor(SingleThreadedExecutor):
 
     def _look_at_rest(self, nodes: list[Any], now: float) -> None:
         """New subscriptions, services, clients and, now and then, events."""
-        if sum(1 for node in nodes for _ in node.subscriptions) != self._count:
-            self._gather(nodes)
+        self._follow(nodes)
         if self._something_else(nodes):
             self.spin_once(timeout_sec=0.0)
         elif now >= self._next_events:
@@ -209,14 +236,14 @@ class DirectExecutor(SingleThreadedExecutor):
         self._waited, self._batched = [], []
         self._paced = [node for node in nodes if getattr(node, "takes_when_due", False)]
         batches = [LOOK_S]
-        self._count = 0
+        self._known = [one for node in nodes for one in node.subscriptions]
+        self._changed = False
         for node in nodes:
             batch_s = getattr(node, "batch_s", 0.0)
             later = batch_s > 0.0 or getattr(node, "takes_when_due", False)
             if batch_s > 0.0:
                 batches.append(batch_s)
             for subscription in node.subscriptions:
-                self._count += 1
                 (self._batched if later else self._waited).append(_Inbox(subscription))
         self._batch_s = min(batches)
         self._wait_set = _wait_set(self.context, subscriptions=len(self._waited))

@@ -25,11 +25,9 @@ _NUMBER = 8  # bytes of a float64
 
 
 def _fixed(layout: Layout, size: int) -> list[slice]:
-    """The bytes that are neither stamp nor number."""
-    changing = [(layout.stamp, layout.stamp + 8)]
-    changing += [(at, at + _NUMBER) for at in layout.values.values()]
+    """The bytes that are neither stamp nor number nor padding."""
     parts, end = [], 0
-    for start, stop in sorted(changing):
+    for start, stop in layout.changing:
         if start > end:
             parts.append(slice(end, start))
         end = stop

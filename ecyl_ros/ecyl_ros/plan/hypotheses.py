@@ -74,7 +74,11 @@ class Open:
 
 def read_open(path: Path, drive: DriveParameters, drive_name: str) -> Open:
     """What the diagnosis in a JSON file has left open; InputError where it is of another drive."""
-    data = read_diagnosis(path, drive, drive_name)
+    return open_or_alike(read_diagnosis(path, drive, drive_name))
+
+
+def open_or_alike(data: Mapping[str, Any]) -> Open:
+    """What a diagnosis, as JSON, left open; else the pairs that its recording hardly separates."""
     found = open_in(data)
     if found.pairs:
         return found

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from ..drive.parameters import DriveParameters
@@ -15,10 +15,11 @@ from ..errors import InputError
 from ..gap.limits.columns import Base
 from ..gap.limits.limit import Limit
 from ..gap.limits.pairs import needed
+from .healthy import Healthy
 from .hypotheses import TIMES, Hypothesis, Pair, given, probe_of, sized
-from .others import moves, usual
+from .others import MOVES, moves, usual
 from .predict import Experiment, apart_from_sheet, predicted, separations, visible
-from .search import planned
+from .search import planned, worth
 
 BUDGET_S = 35.0  # for the search; predictions of what is compared come on top
 PLANNED = "planned"
@@ -121,22 +122,44 @@ def make_plan(
         experiment, both, singles, deadline, lambda share: tell(0.1 + 0.7 * share)
     )
     motions: dict[str, Reference] = {PLANNED: motion, **usual(drive.limits, duration_s)}
-    found, first = [], None
+    found: dict[str, tuple[Prediction, Base]] = {}
     for number, (name, reference) in enumerate(motions.items()):
         base = predicted(experiment, reference, duration_s)
-        first = first or base
-        found.append(
-            Prediction(
-                name,
-                reference,
-                tuple(min(one) for one in separations(base, both)),
-                tuple(apart_from_sheet(base, one) for one in singles),
-                tuple(visible(base, shown)),
-            )
+        prediction = Prediction(
+            name,
+            reference,
+            tuple(min(one) for one in separations(base, both)),
+            tuple(apart_from_sheet(base, one) for one in singles),
+            tuple(visible(base, shown)),
         )
+        found[name] = prediction, base
         tell(0.8 + 0.2 * (number + 1) / len(motions))
-    assert first is not None
-    return Plan(motion, tuple(both), tuple(singles), needed(first), tuple(found), first, whole)
+    # A search cut short can end below plain moves, which are a motion to be played as well.
+    if _worth(found[MOVES][0]) > _worth(found[PLANNED][0]) and _in_reach(found[MOVES][0], drive):
+        found[PLANNED] = replace(found[MOVES][0], motion=PLANNED), found[MOVES][1]
+    chosen, base = found[PLANNED]
+    assert isinstance(chosen.reference, Planned)
+    return Plan(
+        chosen.reference,
+        tuple(both),
+        tuple(singles),
+        needed(base),
+        tuple(one for one, _ in found.values()),
+        base,
+        whole,
+    )
+
+
+def _worth(one: Prediction) -> float:
+    return worth(one.apart, one.alone)
+
+
+def _in_reach(one: Prediction, drive: DriveParameters) -> bool:
+    """Whether it is a motion that moves, and leaves the healthy drive's controller room."""
+    motion = one.reference
+    if not isinstance(motion, Planned) or not motion.legs:
+        return False
+    return Healthy.on(drive, motion, motion.duration_s).excess(drive) is None
 
 
 def _sized(

@@ -15,6 +15,7 @@ from ..drive.reference.planned import Leg, Planned
 from ..drive.reference.sine import Sine
 from .blocks import widest
 
+MOVES = "moves"  # the name of the last
 _SINE_HZ = 1.0
 _LOW_HZ, _HIGH_HZ, _BASE_HZ = 0.5, 8.0, 0.25
 _SAMPLES = 4000
@@ -27,7 +28,7 @@ def usual(limits: LimitParameters, duration_s: float) -> dict[str, Reference]:
     """Each as large as the limits allow."""
     reach = _SHARE * min(limits.stroke_max, -limits.stroke_min)
     if reach <= 0.0:  # the start lies at an end of the stroke: what swings about it leaves it
-        return {"moves": moves(limits, duration_s)}
+        return {MOVES: moves(limits, duration_s)}
     rate, top = (2.0 * math.pi * one for one in (_SINE_HZ, _HIGH_HZ))
     sine = min(reach, _SHARE * limits.speed / rate, _SHARE * limits.acceleration / rate**2)
     chirp = min(reach, _SHARE * limits.speed / top, _SHARE * limits.acceleration / top**2)
@@ -44,20 +45,23 @@ def usual(limits: LimitParameters, duration_s: float) -> dict[str, Reference]:
         "sine": Sine(amplitude=sine, frequency=_SINE_HZ),
         "chirp": Chirp(amplitude=chirp, start=_LOW_HZ, end=_HIGH_HZ, sweep=duration_s),
         "multisine": Multisine(float(lines), _LOW_HZ, _HIGH_HZ, _BASE_HZ),
-        "moves": moves(limits, duration_s),
+        MOVES: moves(limits, duration_s),
     }
 
 
 def moves(limits: LimitParameters, duration_s: float) -> Planned:
-    """Random moves at the drive's own limits, a short rest after each."""
+    """Random moves at the drive's own limits, a short rest after each, and home at the end."""
     rng = np.random.default_rng(_MOVES_SEED)
     reach = widest(limits, duration_s / 4.0)
     low, high = max(limits.stroke_min, -reach), min(limits.stroke_max, reach)
+
+    def leg(to: float) -> Leg:
+        return Leg(to, limits.speed, limits.acceleration, limits.jerk, _DWELL_S)
+
     legs: list[Leg] = []
     for _ in itertools.repeat(None, 1000):
-        to = float(rng.uniform(low, high))
-        leg = Leg(to, limits.speed, limits.acceleration, limits.jerk, _DWELL_S)
-        if Planned((*legs, leg), duration_s).moving_s > duration_s:
+        more = [*legs, leg(float(rng.uniform(low, high)))]
+        if Planned((*more, leg(0.0)), duration_s).moving_s > duration_s:
             break
-        legs.append(leg)
-    return Planned(tuple(legs), duration_s)
+        legs = more
+    return Planned((*legs, leg(0.0)) if legs else (), duration_s)

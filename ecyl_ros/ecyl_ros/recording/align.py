@@ -170,7 +170,7 @@ def _one_clock(streams: list[Stream], base: Stream) -> None:
         way = "behind" if moved[0] > 0.0 else "ahead of"
         one.notes.append(
             f"{one.name}: its clock is {abs(float(moved[0])):.6g} s {way} that of {base.name}{how}"
-            ": put right, but for differences of transport delays"
+            ": corrected, except for differences of transport delays"
         )
         one.stamps_ns = one.stamps_ns + np.round(moved * 1e9).astype(np.int64)
 
@@ -202,7 +202,7 @@ def _steady(one: Stream) -> None:
         return
     one.stamps_ns, moved_s = found
     one.notes.append(
-        f"{one.name}: arrives unevenly ({moved_s * 1e3:.3g} ms rms): taken for sampled evenly at "
+        f"{one.name}: arrives unevenly ({moved_s * 1e3:.3g} ms rms): taken as sampled evenly at "
         f"{1e9 / one.step_ns:.6g} Hz"
     )
 

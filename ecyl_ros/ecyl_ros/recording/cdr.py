@@ -24,6 +24,9 @@ HEADER = 4
 NANOSECONDS = 1_000_000_000
 # A topic has one layout, a few when joints come or go. Hundreds mean damaged or foreign bytes.
 MAX_LAYOUTS = 100
+# Bytes behind a message. Some middlewares (Fast DDS) send as much as they reckoned beforehand:
+# aligned to 8 at the end, and before the numbers of each array, though it holds none.
+MOST_PADDING = 7 + 3 * 8
 
 
 class CdrError(ValueError):
@@ -39,12 +42,22 @@ class Layout:
         stamp: offset of header.stamp (int32 sec, uint32 nanosec).
         values: field path (see `TopicSpec.signals`) -> offset of its float64.
         joints: names of a JointState, in order.
+        padding: begin and end of bytes that align what follows, or stand behind the message; what
+            they hold is left to chance.
     """
 
     order: str
     stamp: int
     values: Mapping[str, int]
     joints: tuple[str, ...]
+    padding: tuple[tuple[int, int], ...]
+
+    @property
+    def changing(self) -> list[tuple[int, int]]:
+        """Begin and end of what may differ between two messages of this layout, in order."""
+        stamp = (self.stamp, self.stamp + 8)
+        values = [(at, at + 8) for at in self.values.values()]
+        return sorted([stamp, *values, *self.padding])
 
 
 class CdrWalker:
@@ -56,12 +69,14 @@ class CdrWalker:
         self.data = data
         self.order = "<" if data[1] else ">"
         self.at = HEADER
+        self.gaps: list[tuple[int, int]] = []
 
     def take(self, size: int, count: int = 1) -> int:
         """Offset of `count` values of `size` bytes; moves behind them."""
-        if count:
-            self.at += -(self.at - HEADER) % size
-        start = self.at
+        gap = -(self.at - HEADER) % size if count else 0
+        if gap:
+            self.gaps.append((self.at, self.at + gap))
+        start = self.at = self.at + gap
         self.at += size * count
         if self.at > len(self.data):
             raise CdrError(f"needs {self.at} bytes or more, has {len(self.data)}")
@@ -79,9 +94,11 @@ class CdrWalker:
             raise CdrError(f"expected text at byte {start}") from None
 
     def end(self) -> None:
-        # Some middlewares pad the payload; more than that belongs to another type.
-        if len(self.data) - self.at > 7:
+        # More than padding belongs to another type.
+        if len(self.data) - self.at > MOST_PADDING:
             raise CdrError(f"ends at byte {self.at}, has {len(self.data)}")
+        if len(self.data) > self.at:
+            self.gaps.append((self.at, len(self.data)))
 
 
 def layout_of(message_type: str, data: bytes) -> Layout:
@@ -111,7 +128,7 @@ def layout_of(message_type: str, data: bytes) -> Layout:
     else:
         raise CdrError(f"no layout known for {message_type}")
     walker.end()
-    return Layout(order=walker.order, stamp=stamp, values=values, joints=joints)
+    return Layout(walker.order, stamp, values, joints, tuple(walker.gaps))
 
 
 def decode(
@@ -152,9 +169,8 @@ def decode(
                 raise CdrError(f"message {rows[0]}: more than {MAX_LAYOUTS} layouts in one topic")
             joints.update(layout.joints)
             fixed = np.ones(length, dtype=bool)
-            fixed[layout.stamp : layout.stamp + 8] = False
-            for offset in layout.values.values():
-                fixed[offset : offset + 8] = False
+            for begin, end in layout.changing:
+                fixed[begin:end] = False
             alike = (table[:, fixed] == table[0, fixed]).all(axis=1)
             matching, chosen = table[alike], rows[alike]
             sec = _column(matching, layout.stamp, f"{layout.order}i4")

@@ -157,7 +157,7 @@ def instants(raw: NDArray[Any], column: TimeColumn, *, dated: bool, path: str) -
         steps = np.diff(values[known])
         times = int((np.abs(steps) > 0.5 * period).sum())
         raw = _onward(values, period)
-        notes.append(f"{name} starts again {times} times after {column.wrap.text}: made whole")
+        notes.append(f"{name} wraps around {times} times, after {column.wrap.text}: unwrapped")
     empty = zeros_at_the_end(raw, known)
     if empty.any():
         known &= ~empty

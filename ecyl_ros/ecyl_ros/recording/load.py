@@ -59,7 +59,7 @@ def _whole(path: str | Path, signal_map: SignalMap | None) -> Recording:
     except StampError as error:
         why = str(error).removeprefix(f"{path}: ")
         recording = read_mapped(path, present(path, contract_map()))
-        note = f"{path}: {why}: put in order"
+        note = f"{path}: {why}: sorted and resampled"
         return dataclasses.replace(recording, notes=(note, *recording.notes))
     except InputError as error:
         if "no messages on any of" in str(error):

@@ -365,7 +365,7 @@ def _screen(one: Stream, entries: dict[str, MappedSignal]) -> None:
             if entry.period is not None and hurried(values, entry.period):
                 one.notes.append(
                     f"{one.name}: {entry.name}: moves by more than a quarter of {entry.wrap.text} "
-                    "in a sample: which way it started again is a guess there"
+                    "in a sample: the direction of the wrap is a guess there"
                 )
             continue
         found = find_wrap(values, "" if entry.unit == "counts" else entry.unit)

@@ -315,7 +315,7 @@ def _remarks(signal: MappedSignal, candidates: list[Candidate], axis: Axis) -> l
     if signal.counts_per_rev is not None:
         out.append(
             f"{signal.name}: {signal.counts_per_rev:g} counts per revolution are guessed from "
-            "where it starts again"
+            "where it wraps around"
         )
         return out
     if not unit_told(own) and not in_si(own.topic.type):

@@ -79,7 +79,7 @@ def table_clock(source: TableSource, topic: str, signal_map: SignalMap | None) -
                 column = dataclasses.replace(column, wrap=found.wrap)
                 remarks.append(
                     f"time: {column.field} falls back {found.times} times by {found.wrap.text}, as "
-                    "a clock that starts again does, so wrap is set"
+                    "a clock that wraps around does, so wrap is set"
                 )
         found_instants = instants(raw, column, dated=dated, path=str(source.path))
         name = f"{topic}: " if topic else ""

@@ -130,7 +130,7 @@ class WrapFound:
         """One line that says how."""
         return (
             f"goes from one end of its range ({self.low:.6g} to {self.high:.6g}) to the other "
-            f"{self.times} times, as what starts again after {self.wrap.text} does"
+            f"{self.times} times, as a field that wraps around after {self.wrap.text} does"
         )
 
 

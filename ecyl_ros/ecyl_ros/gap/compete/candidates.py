@@ -12,7 +12,7 @@ import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 
 from ...effects.catalogue import CATALOGUE, MODULES
-from ..fit.descent import approach, close_in, polish, sheet_alone, unbent
+from ..fit.descent import approach, close_in, glimpse, polish, sheet_alone, unbent
 from ..fit.fit import Fit, Fitter
 from ..fit.robust import misfit
 from ..fit.stages import MEDIUM
@@ -217,9 +217,7 @@ class Candidates:
             promised: the cost that each might reach; those that promised less than the best search
                 leaves are searched, too, and pairs that come to far more than either effect alone.
         """
-        glimpsed = side_by_side(
-            lambda one: self.fitter.fit(one, steps=2, stage=MEDIUM, known=self.null), sets
-        )
+        glimpsed = side_by_side(lambda one: glimpse(self.fitter, one, self.null), sets)
         promise = {id(one): score for one, score in zip(glimpsed, promised, strict=True)}
         first = glimpsed[0]
         glimpsed.sort(key=lambda one: one.fitted)

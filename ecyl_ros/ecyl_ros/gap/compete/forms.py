@@ -11,6 +11,7 @@ from collections.abc import Mapping, Sequence
 from itertools import product
 
 from ...effects.catalogue import CATALOGUE
+from ..fit.descent import glimpse
 from ..fit.fit import Fit
 from ..fit.stages import MEDIUM
 from ..side_by_side import side_by_side
@@ -96,13 +97,12 @@ class Forms:
                 shared = _shared(form, best.values[plain[0]])
                 shape = {key: value for key, value in shared.items() if key not in told}
                 started += self._kept(self.field.starts(rest, [form], STARTS), form, shape)
-        glimpsed = side_by_side(
-            lambda one: self.fitter.fit(one, steps=2, stage=MEDIUM, known=self.field.null), started
-        )
+        glimpsed = side_by_side(lambda one: glimpse(self.fitter, one, self.field.null), started)
         searched = self.field.searched(sorted(glimpsed, key=lambda one: one.fitted)[:SEARCHED_SETS])
         if not searched or searched[0].fitted >= best.fitted:
             return best
-        return self.field.settled(self.field.polish(searched[:1])[0])
+        found = self.field.settled(self.field.polish(searched[:1])[0])
+        return best if _nearly_as_good(best, found) else found
 
     def _instead(self, best: Fit, name: str, simple: Sequence[str]) -> Fit | None:
         """`best` with simpler effects, where they start, in the place of one; None where none can.

@@ -24,7 +24,7 @@ from ..rigid.closest import closest, per_effort
 from ..rigid.judge import Judgement
 from ..rigid.measured import relative_error
 from ..rigid.replay import Replay, replay_with
-from ..rigid.runaway import without_runaways
+from ..rigid.runaway import ran_away, without_runaways
 from ..rigid.sets import Sets
 from ..rigid.solution import Solution
 from ..sheet import PULL_PRICE
@@ -147,7 +147,7 @@ def _described(
     machine = _with_law(judgement, choice, found.law, left)
     # Where no drive can hold the law, position and speed have no part in what it closes.
     played = Replay() if machine is None else replay_with(judgement, machine, left)
-    played = without_runaways(played, judgement.judged)
+    played = without_runaways(played, ran_away(played, judged))
     rows = len(shown)
     error = relative_error(balance, left[balance.usable], balance.usable)
     return dataclasses.replace(

@@ -12,6 +12,7 @@ from .valley import along, near_floor, shaped, turned
 
 _ON_THE_WAY = 2.0  # fall of the objective below which a stage that leads on to the next has ended
 _SWEEPS = 2  # along size and phase of a periodic effect
+_GLIMPSE = 2  # steps of a short look
 _ALONE = 2  # times the derivatives of a fit that has no constants beside it: they cost less
 _AFRESH = 8  # steps at the most in each stage of a fit from the sheet as it is
 _PRICE_MATTERS = 3.0  # times a perfect model's cost
@@ -75,6 +76,15 @@ def close_in(fitter: Fitter, near: Fit, known: Fit) -> Fit:
 def search(fitter: Fitter, start: Fit, known: Fit) -> Fit:
     """Fit from afar: `approach`, then `close_in`."""
     return close_in(fitter, approach(fitter, start, known), known)
+
+
+def glimpse(fitter: Fitter, start: Fit, known: Fit) -> Fit:
+    """A short look at where a set leads, by which those are chosen that are searched.
+
+    The first steps are short where flanks meet: the spikes that a small step moves do not overlap.
+    """
+    free = bool(fitter.sheet.free(start.values).any())
+    return fitter.fit(start, steps=_GLIMPSE * (1 if free else _ALONE), stage=MEDIUM, known=known)
 
 
 def unbent(fitter: Fitter, fit: Fit) -> Fit:

@@ -16,6 +16,7 @@ from ..replay.replay import BoolArray, FloatArray
 
 _LARGE = 1e100  # a product of squares is taken its logarithm of before it overflows
 _SMALL = 1e-9  # its logarithm differs from it by half of this share
+_EVERY = np.ones(0, dtype=bool)  # for a mask: every column counts
 LOSS_SCALE = 3.0  # in noise floors: beyond it a difference counts less than its square
 
 
@@ -29,13 +30,14 @@ def robust_squares(values: FloatArray, scale: float = LOSS_SCALE) -> FloatArray:
 def _sum_of_logarithms(values, counted, scale):
     """Sum of log(1 + (value / scale)^2) over the columns that are `counted`.
 
-    values: float64[k, n]. counted: bool[n]. Few logarithms, of products: what is small beside 1 is
-    rounded off in them, and is added up by itself.
+    values: float64[k, n]. counted: bool[n], or `_EVERY`. Few logarithms, of products: what is small
+    beside 1 is rounded off in them, and is added up by itself.
     """
     total, product, per = 0.0, 1.0, 1.0 / (scale * scale)
+    every = counted.size == 0
     for row in range(values.shape[0]):
         for column in range(values.shape[1]):
-            if counted[column]:
+            if every or counted[column]:
                 square = values[row, column] ** 2 * per
                 if square < _SMALL:
                     total += square
@@ -47,15 +49,13 @@ def _sum_of_logarithms(values, counted, scale):
     return total + math.log(product)
 
 
-def _mean(values: FloatArray, counted: BoolArray, scale: float) -> float:
-    count = len(values) * int(np.count_nonzero(counted))
+def _mean(values: FloatArray, counted: BoolArray, scale: float, count: int) -> float:
     return scale**2 * _sum_of_logarithms(values, counted, scale) / count if count else math.nan
 
 
 def robust_mean_square(values: FloatArray, scale: float = LOSS_SCALE) -> float:
     """Cauchy's mean square of differences in noise floors."""
-    flat = values.reshape(1, -1)
-    return _mean(flat, np.ones(flat.size, dtype=bool), scale)
+    return _mean(values.reshape(1, -1), _EVERY, scale, values.size)
 
 
 def robust_weights(values: FloatArray, scale: float = LOSS_SCALE) -> FloatArray:
@@ -66,7 +66,7 @@ def robust_weights(values: FloatArray, scale: float = LOSS_SCALE) -> FloatArray:
 
 def cost(gap: FloatArray, rows: BoolArray) -> float:
     """Robust mean square of a gap (signals, n) over its noise floor on the rows chosen."""
-    return _mean(gap, rows, LOSS_SCALE)
+    return _mean(gap, rows, LOSS_SCALE, len(gap) * int(np.count_nonzero(rows)))
 
 
 def misfit(cost: float) -> float:

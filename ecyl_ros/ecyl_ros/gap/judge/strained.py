@@ -3,19 +3,27 @@
 A constant that would still have to lie far off its sheet beside the causes is at fault itself, or
 stands for what is: where noise accounts for the rest, causes that share the price with it only
 bring the constants nearer to what they would be without the fault. (What leaves structure bends the
-sheet, too: there the verdict says that something remains.)
+sheet, too: there the verdict says that something remains.) A constant that no effect stands for
+tells as much: a supply that is lower than the model's looks like a back-EMF constant, a resistance
+and an inductance, of which two have a name.
 """
 
 from __future__ import annotations
 
 from ..compete.earn import AT_FLOOR
-from ..compete.strain import Strain, most_strained
+from ..compete.strain import STRAINED, Strain, strains
 from ..fit.fit import Fit, Fitter
 from ..fit.robust import misfit
+
+# How impacts die away is as much the form of the model as a constant of the machine.
+_OF_THE_MODEL = "transmission.contact_damping"
 
 
 def strained(fit: Fit, fitter: Fitter) -> Strain | None:
     """The constant that a fit at the noise floor leaves strained; None where there is none."""
     if misfit(fit.left) > AT_FLOOR * fitter.perfect_with(fit.values):
         return None
-    return most_strained(fit, fitter)
+    found = next(
+        (one for one in strains(fit, fitter) if fitter.sheet.keys[one.row] != _OF_THE_MODEL), None
+    )
+    return found if found is not None and found.saved > STRAINED else None

@@ -46,5 +46,7 @@ def without_traces(competition: Competition, fitter: Fitter) -> tuple[Competitio
         effect = CATALOGUE[name]
         value = winner.values[name][effect.parameters[0].name]
         percent = 100.0 * (value / effect.neutral(drive) - 1.0)
-        notes.append(f"{effect.title} of {percent:+.2f} % would fit better: within its tolerance")
+        notes.append(
+            f"{effect.title} of {percent:+.2f} % would fit better, but is within its tolerance"
+        )
     return without_effects(competition, fitter, found), notes

@@ -6,8 +6,8 @@ import html
 import re
 from collections.abc import Iterable, Sequence
 
-# After a number, in a label ("/ um") or in brackets.
-_MICRO = re.compile(r"(?:(?<=\d )|(?<=/ )|(?<=\())u(?=(?:m|rad|s|N|A|V)\b)")
+# After a number, in a label ("/ um"), in brackets, or alone in a column of units.
+_MICRO = re.compile(r"(?:(?<=\d )|(?<=/ )|(?<=\()|^)u(?=(?:m|rad|s|N|A|V)\b)")
 _TOGETHER = re.compile(r"(?<=\d) (?=(?:[%A-Za-zµΩ]))")
 
 

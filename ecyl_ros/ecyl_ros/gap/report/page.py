@@ -222,8 +222,8 @@ def _sheet(diagnosis: Diagnosis) -> str:
     caption = (
         "Every constant is fitted beside the causes, at a price for leaving its tolerance, the "
         "half width that holds 95 % of healthy machines. The pull is the distance from the nominal "
-        "value in tolerances: 1 is the edge of the sheet. Where the recording says no more than "
-        "the sheet, the constant is not seen here."
+        "value in tolerances: 1 is the edge of the sheet. Not determined is a "
+        "constant of which the recording says no more than the sheet."
     )
     return _section("The sheet", table(caption, head, rows))
 
@@ -300,15 +300,14 @@ def _signals(diagnosis: Diagnosis) -> str:
     head += [("after / floor", "num")] if both else []
     head += [("gap", "num")]
     head += [("after", "num")] if both else []
-    head += [("floor", "num")]
+    head += [("floor", "num"), ("unit", "")]
     rows = []
     for one in diagnosis.signals:
         values = [one.gap, one.after] if both else [one.gap]
         row = [typeset(words.signal(one.name))]
         row += [_ratio(value / one.floor if one.floor > 0.0 else np.nan) for value in values]
-        row += [typeset(q.replayed(value, one.unit)) for value in values]
-        row.append(typeset(q.amount(one.floor, one.unit)))
-        rows.append(row)
+        figures = q.in_one_unit(values, one.floor, one.unit, words.RAN_AWAY)
+        rows.append(row + [typeset(one) for one in figures])
     caption = (
         "By signal: RMS of the residual on held-out stretches; the floor is "
         f"{diagnosis.floor_is}{' alone' if diagnosis.floor_is == 'measurement noise' else ''}."
@@ -323,14 +322,13 @@ def _ratio(value: float) -> str:
 
 def _ports(diagnosis: Diagnosis) -> str:
     head = [("block", ""), ("residual / floor", "num"), ("judged by", ""), ("residual", "num")]
-    head += [("floor", "num")]
+    head += [("floor", "num"), ("unit", "")]
     rows = [
         [
             typeset(words.block(one.block)),
             _ratio(one.ratio),
             escape(one.what),
-            typeset(q.amount(one.rms, one.unit)),
-            typeset(q.amount(one.floor, one.unit)),
+            *(typeset(figure) for figure in q.in_one_unit([one.rms], one.floor, one.unit)),
         ]
         for one in diagnosis.ports
     ]

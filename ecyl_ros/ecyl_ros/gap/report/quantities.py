@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Sequence
 
 from ..diagnosis import FittedParameter, Measured, SheetValue
 
@@ -38,6 +39,7 @@ _TOKENS = ["kg", "m", "m2", "s", "s2", "rad", "nm", "n", "a", "v", "ohm", "hz", 
 _UNIT_ENDING = re.compile(rf"(_({'|'.join(_TOKENS)}))+$")
 # What is left of these names says too little.
 _FULLER = {
+    "relative_gap_taken_off": "relative gap removed",
     "kp": "proportional gain",
     "ki": "integral gain",
     "coulomb": "Coulomb {}",
@@ -85,9 +87,16 @@ def amount(value: float, unit: str, digits: int = 3) -> str:
     return joined(number(value * factor, digits), name)
 
 
-def replayed(value: float, unit: str) -> str:
-    """How far a replay is off; in words where it ran away (NaN)."""
-    return "runs away" if math.isnan(value) else amount(value, unit)
+def in_one_unit(values: Sequence[float], floor: float, unit: str, unknown: str = "-") -> list[str]:
+    """A row of a table: numbers of one signal, its floor, and the unit that they all are in.
+
+    It is the unit that keeps the floor short, so that a gap is seen to be many floors. unknown: for
+    a value that is NaN.
+    """
+    known = [abs(value) for value in values if math.isfinite(value)]
+    factor, name = engineering(floor if floor > 0.0 else max(known, default=0.0), unit)
+    numbers = [unknown if math.isnan(value) else number(value * factor) for value in values]
+    return [*numbers, number(floor * factor), "" if name == "1" else name]
 
 
 def joined(figure: str, unit: str) -> str:
@@ -146,8 +155,8 @@ def sheet_value(one: SheetValue) -> tuple[str, str, str, str]:
     nominal = joined(f"{one.nominal * factor:.{stated}f} +- {half:.{stated}f}", unit)
     nominal = nominal if one.stated else "left out"
     if not one.seen:
-        return nominal, "not seen here", "-", "-"
-    pull = f"{one.pull:+.2f}" if one.stated else "-"
+        return nominal, "not determined here", "-", "-"
+    pull = f"{round(one.pull, 2) + 0.0:+.2f}" if one.stated else "-"  # no "-0.00"
     return nominal, joined(value, unit), f"{low} to {high}", pull
 
 

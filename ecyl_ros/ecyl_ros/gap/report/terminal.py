@@ -9,11 +9,12 @@ from ..diagnosis import Diagnosis
 from . import law, limits, together, words
 from . import quantities as q
 from .rivals import runner_up
-from .verdict import sentence, telling_condition
+from .verdict import sentence, telling_condition, when_in_words
 
 _WIDTH = 96
 _MOST_NOTES = 3
 _MOST_PAIRS = 2
+_TEXT = ("held out", "recording", "unit")  # columns of words, set to the left
 
 
 def summary(diagnosis: Diagnosis, written: Sequence[str] = ()) -> str:
@@ -83,24 +84,23 @@ def _signals(diagnosis: Diagnosis) -> str:
     if not diagnosis.signals:
         return ""
     both = diagnosis.closes
-    head = ["held out", "gap", "after", "floor", "gap/floor", "after/floor"]
+    head = ["held out", "gap", "after", "floor", "unit", "gap/floor", "after/floor"]
     rows = []
     for one in diagnosis.signals:
-        row = [words.signal(one.name)]
-        row += [q.replayed(value, one.unit) for value in (one.gap, one.after)]
-        row.append(q.amount(one.floor, one.unit))
-        row += [q.times(one.gap, one.floor), q.times(one.after, one.floor)]
-        rows.append(row)
-    rows = [head, *rows]
-    if not both:  # after is before
-        rows = [[row[0], row[1], row[3], row[4]] for row in rows]
-    return _table(rows, range(1, len(rows[0])))
+        shown = (one.gap, one.after) if both else (one.gap,)  # with no cause, after is before
+        row = [words.signal(one.name), *q.in_one_unit(shown, one.floor, one.unit, words.RAN_AWAY)]
+        rows.append(row + [q.times(value, one.floor) for value in shown])
+    if not both:
+        head = [name for name in head if not name.startswith("after")]
+    return _table([head, *rows], [at for at, name in enumerate(head) if name not in _TEXT])
 
 
 def _recordings(diagnosis: Diagnosis) -> str:
     """Several recordings side by side."""
     rows = [[_clean(cell) for cell in row] for row in together.rows(diagnosis)]
-    return _table(rows, range(1, len(rows[0]))) if rows else ""
+    if not rows:
+        return ""
+    return _table(rows, [at for at, name in enumerate(rows[0]) if name not in _TEXT])
 
 
 def _measured(diagnosis: Diagnosis) -> str:
@@ -122,7 +122,7 @@ def _sheet(diagnosis: Diagnosis) -> str:
     rows += [[words.constant(one.parameter), *q.sheet_value(one)] for one in seen]
     unseen = [words.constant(one.parameter) for one in diagnosis.sheet if not one.seen]
     table = _table(rows, (1, 2, 4))
-    return f"{table}\nnot seen here: {', '.join(unseen)}" if unseen else table
+    return f"{table}\nnot determined here: {', '.join(unseen)}" if unseen else table
 
 
 def _limits(diagnosis: Diagnosis) -> str:
@@ -135,13 +135,13 @@ def _where(diagnosis: Diagnosis) -> list[str]:
     lines = []
     when = telling_condition(diagnosis)
     if when is not None:
-        lines.append(
-            f"{'when':<10}{q.whole_percent(when.share)} of the gap "
-            f"{words.condition(when.condition)}, {q.whole_percent(when.time_share)} of the time"
-        )
+        share = q.whole_percent(when.share)
+        lines.append(f"{'when':<10}{share} of the gap {when_in_words(when)}")
     if diagnosis.ports and diagnosis.verdict not in ("no_gap", "within_sheet"):
-        ports = ", ".join(f"{one.block} {q.number(one.ratio)}" for one in diagnosis.ports)
-        lines.append(f"{'at ports':<10}{ports} x floor")
+        ports = ", ".join(
+            f"{one.block.replace('_', ' ')} {q.number(one.ratio)}" for one in diagnosis.ports
+        )
+        lines.append(f"{'at ports':<10}{ports} times the floor")
     return lines
 
 
@@ -151,7 +151,7 @@ def _runner_up(diagnosis: Diagnosis) -> list[str]:
         return []
     return [
         f"{'next best':<10}{words.effect_set(best.effects)}: misfit {q.number(best.judged)} noise "
-        f"floors, what is named {q.number(diagnosis.misfit_after)}"
+        f"floors; with the named causes {q.number(diagnosis.misfit_after)}"
     ]
 
 

@@ -80,22 +80,19 @@ def rows(diagnosis: Diagnosis) -> list[list[str]]:
     if not diagnosis.recordings:
         return []
     closes = diagnosis.closes
-    head = ["recording", "s", "gap", "floor", "gap/floor"]
+    head = ["recording", "s", "gap", "floor", "unit", "gap/floor"]
     made = [head + (["after/floor", "removed", "by the others"] if closes else [])]
     for one in diagnosis.recordings:
         row = [one.name, q.number(one.duration_s)]
-        row += [_size(one.before, one.unit), _size(one.floor, one.unit)]
+        # Pooled over signals of several units it is a share of them.
+        factor, unit = (1.0, one.unit) if one.unit else (100.0, "%")
+        row += q.in_one_unit([factor * one.before], factor * one.floor, unit)
         row += [q.times(one.before, one.floor)]
         if closes:
             unseen = "-" if one.unseen is None else q.percent(one.unseen)
             row += [q.times(one.after, one.floor), q.percent(one.shrink), unseen]
         made.append(row)
     return made
-
-
-def _size(value: float, unit: str) -> str:
-    """Of a gap; pooled over signals of several units it is a share of them."""
-    return q.amount(value, unit) if unit else q.percent(value)
 
 
 def parts(diagnosis: Diagnosis, keys: str) -> list[str]:
@@ -110,7 +107,7 @@ def parts(diagnosis: Diagnosis, keys: str) -> list[str]:
         "the largest gap; no parameter was fitted to it."
     )
     head, *body = rows(diagnosis)
-    kinds = ["", *["num"] * (len(head) - 1)]
+    kinds = ["" if name in ("recording", "unit") else "num" for name in head]
     cells = [[escape(row[0]), *(typeset(cell) for cell in row[1:])] for row in body]
     caption = (
         "RMS on held-out stretches of each recording, in its own noise; of several signals "
@@ -128,7 +125,7 @@ def _article(diagnosis: Diagnosis, own: OfRecording) -> str:
         [
             typeset(_label(one.of, one.name)),
             f"<b>{typeset(_span(one))}</b>" if one.differs else typeset(_span(one)),
-            "not the same in all" if one.differs else "" if one.seen else "not seen here",
+            "not the same in all" if one.differs else "" if one.seen else "not determined here",
         ]
         for one in own.values
     ]

@@ -65,6 +65,14 @@ def telling_condition(diagnosis: Diagnosis) -> ConditionShare | None:
     return max(fit, key=lambda one: one.share - one.time_share, default=None)
 
 
+def when_in_words(when: ConditionShare) -> str:
+    """A condition with its share of the time, unless its name is that."""
+    text = words.condition(when.condition)
+    if when.condition == "time":
+        return text
+    return f"{text}, {q.whole_percent(when.time_share)} of the time"
+
+
 def _over_floor(diagnosis: Diagnosis, value: float) -> str:
     return q.times(value, diagnosis.floor)
 
@@ -74,10 +82,14 @@ def _floor(diagnosis: Diagnosis, adjective: str = "measurement ") -> str:
     return f"its {adjective}noise" if diagnosis.floor_is == _NOISE_NAME else diagnosis.floor_is
 
 
+def _the_floor(diagnosis: Diagnosis) -> str:
+    """What the floor of all signals together is called."""
+    return "the measurement noise" if diagnosis.floor_is == _NOISE_NAME else diagnosis.floor_is
+
+
 def _no_gap(diagnosis: Diagnosis) -> str:
     worst, built_up = (strongest(diagnosis, judged=one) for one in (True, False))
-    at = "the measurement noise" if diagnosis.floor_is == _NOISE_NAME else diagnosis.floor_is
-    text = f"There is no gap to explain: the nominal model already reaches {at}"
+    text = f"There is no gap to explain: the nominal model already reaches {_the_floor(diagnosis)}"
     if worst is None:
         return f"{text}."
     text = (
@@ -95,8 +107,14 @@ def _no_gap(diagnosis: Diagnosis) -> str:
 
 def _within_sheet(diagnosis: Diagnosis) -> str:
     share = q.percent(diagnosis.shrink)
+    if share == q.percent(0.0):
+        return (
+            "No cause is needed: the nominal model already leaves no more than "
+            f"{_over_floor(diagnosis, diagnosis.after)} times {_the_floor(diagnosis)}, with too "
+            "little structure for a cause."
+        )
     text = (
-        "No cause is needed: the gap is what the tolerances of the data sheet allow. With its "
+        "No cause is needed: the gap is within the tolerances of the data sheet. With its "
         f"constants as found, {'all' if share == '100 %' else share} of the gap is gone on "
         "held-out data."
     )
@@ -207,11 +225,7 @@ def _unexplained(diagnosis: Diagnosis) -> str:
         )
         when = telling_condition(diagnosis)
         if when is not None:
-            text += (
-                f"; {q.whole_percent(when.share)} of the gap lies "
-                f"{words.condition(when.condition)}, in {q.whole_percent(when.time_share)} of "
-                "the time"
-            )
+            text += f"; {q.whole_percent(when.share)} of the gap lies {when_in_words(when)}"
         text += "."
     if diagnosis.block is not None:
         text += f" Effects in {words.block(diagnosis.block)} come closest."

@@ -37,6 +37,7 @@ _VERDICTS = {
     "unexplained": "Unexplained",
     "not_judgeable": "Not judgeable",
 }
+RAN_AWAY = "runs away"  # of a replay whose error says nothing of the drive (NaN)
 _NAMES = ("Coulomb", "Stribeck")  # words that keep their capital
 _MASS_NOUNS = ("friction", "cogging", "ripple", "dead time", "eccentricity", "gravity")
 
@@ -63,7 +64,7 @@ def constant(key: str) -> str:
     group, _, name = key.partition(".")
     text = name.replace(".", " ").replace("_", " ")
     text = text.replace("back emf", "back-EMF")
-    if group == "load":
+    if group == "load" and name != "constant_load":
         return f"load {text}"
     if group == "motor" and name in ("viscous_friction", "inductance", "resistance"):
         return f"motor {text}"

@@ -17,8 +17,9 @@ from ..judge.verdict import ranked
 from ..limits.rigid import rigid_limits
 from .closest import closest
 from .judge import Judgement, Ruling
+from .left_out import costs
 from .locate import by_condition, by_frequency, by_port
-from .measured import costs, measured
+from .measured import measured
 from .other_motion import unused_motion
 from .replay import Replay, replay
 from .runaway import ran_away, without_runaways
@@ -40,12 +41,13 @@ def assembled(
     ruling, light = borne_out(ruled, terms, judgement.catalogue.model)
     played = replay(judgement, ruling)
     over_time = any(one.over_time for one in terms)
-    lost, _ = ran_away(played, judgement.judged)
-    ruling, far = refuted(ruling, played, silent=over_time or lost)
+    runaways = ran_away(played, judgement.judged)
+    ruling, far = refuted(ruling, played, silent=over_time or runaways.before)
     if far:
         played = replay(judgement, ruling)
+        runaways = ran_away(played, judgement.judged)
     ruling, worse = heard(ruling, played, over_time=over_time)
-    played = without_runaways(played, judgement.judged)
+    played = without_runaways(played, runaways)
     judgement.notes += [note for note in (light, far, worse) if note]
     balance, contest, floor = judgement.balance, judgement.contest, judgement.floor
     motion, along, spread = judgement.motion, judgement.catalogue.along, judgement.spread

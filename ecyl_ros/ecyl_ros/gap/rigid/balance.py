@@ -31,6 +31,7 @@ ROUNDS = 6
 _LEAST_MOVING_S, _LEAST_MOVING = 2.0, 0.2
 UNMODELLED = 0.01  # share of the effort that no model of one inertia explains
 _ALONG_A_WAVE = 0.5  # of that; models err smoothly, and in other directions by all of it
+_NOTHING = 1e-12  # of the variance that white noise gives
 _FORM = 1e-3  # half width, as a share of the value, that no interval falls below
 
 
@@ -239,7 +240,10 @@ class Balance:
         meat += np.diag((solution.prior * solution.share) ** 2)
         made = inverse @ meat @ inverse
         white = inverse * solution.scale**2
-        grown = np.sqrt(np.maximum(np.diag(white) / np.maximum(np.diag(made), 1e-300), 1.0))
+        least, found = np.maximum(np.diag(white), 0.0), np.diag(made)
+        # A column that nothing is left along has no spread of its own to be scaled.
+        np.fill_diagonal(made, np.where(found < _NOTHING * least, least, found))
+        grown = np.sqrt(np.maximum(least / np.maximum(np.diag(made), 1e-300), 1.0))
         return made * np.outer(grown, grown), count
 
     def _inverse(self, solution: Solution, columns: FloatArray, weights: FloatArray) -> FloatArray:

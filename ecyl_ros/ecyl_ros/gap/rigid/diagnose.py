@@ -196,8 +196,8 @@ def check_motion(motion: Motion, machine: Machine, source: str) -> None:
     if not np.isfinite(motion.effort).any():
         wanted = machine.actuation or ("force" if machine.linear else "torque")
         raise InputError(
-            f"{source}: no effort ({wanted}) recorded; expected one to weigh the motion against, "
-            "or a drive file of kind follower, which takes command and position alone"
+            f"{source}: no effort ({wanted}) recorded; expected one to compare the motion with, or "
+            "a drive file of kind follower, which takes reference and position alone"
         )
     unit = machine.effects_unit
     if unit is not None and unit != motion.effort_unit:

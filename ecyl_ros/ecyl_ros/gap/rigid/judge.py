@@ -37,6 +37,8 @@ from .void import SHEET, SILENT, why_not
 _CLOSE, _HELPS_CLOSE = 5.0, 0.25  # where no more than so many floors are left, less has to be gone
 _WANDERS = 0.05  # share of the effort that may not repeat where there is to be no gap
 _SMALL = 0.03  # share of the gap that an effect has to remove to be named
+# Of the structure that is left, along one effect: what the set could not take is shaped otherwise.
+_BENDS = 0.5
 _FLAT = 0.7  # share of the signal that its floor may have: half of the power is unknown beyond
 
 
@@ -112,14 +114,19 @@ class Judgement:
 
         At one speed a level stands for all friction; its value is then that of a sum.
         """
-        rows = self.balance.usable
-        structure = max(self.whole.rms(rows) ** 2 - self.floor**2, 0.0)
-        told = self.balance.intervals(self.whole, rows, math.sqrt(structure))
         _, beside = self._beside
         return {
             key: [one.over(other) for one, other in zip(spans, beside[key], strict=True)]
-            for key, spans in told.items()
+            for key, spans in self._bent.items()
         }
+
+    @cached_property
+    def _bent(self) -> dict[str, list[Interval]]:
+        """`spans`, as wide as the structure that is left could bend them."""
+        rows = self.balance.usable
+        in_motion = moving(rows, self.motion, self.catalogue.along)
+        structure = max(self.whole.rms(in_motion) ** 2 - self.floor**2, 0.0)
+        return self.balance.intervals(self.whole, rows, _BENDS * math.sqrt(structure))
 
     @cached_property
     def _beside(self) -> tuple[list[Term], dict[str, list[Interval]]]:
@@ -230,7 +237,7 @@ class Judgement:
         found, at = {}, 0
         for term in self.whole.free:
             found[term.key] = why_not(
-                self.balance, self.catalogue.along, self.whole, term, self.spans[term.key], at
+                self.balance, self.catalogue.along, self.whole, term, self._bent[term.key], at
             )
             at += term.columns.shape[0]
         return found

@@ -224,7 +224,7 @@ def motion_of(
             usable &= ~standing
             notes.append(
                 f"the effort is constant for {standing.sum() / rate:.3g} s while the output "
-                "moves: nothing was measured, or something else drives; left out"
+                "moves: nothing was measured, or something else drives it; left out"
             )
     jumps = jumped(position, usable)
     if jumps.any():
@@ -232,8 +232,8 @@ def motion_of(
         position = bridged(position, ~jumps)
         starts = int(np.sum(np.diff(jumps.astype(np.int8)) == 1) + jumps[0])
         notes.append(
-            f"{starts} jumps of the position that no motion beside them comes near (a late stamp, "
-            "a slipped count) were left out"
+            f"{starts} jumps of the position, far larger than any motion around them (a late "
+            "stamp, a slipped count), were left out"
         )
     noise = machine.position_noise
     if noise is None:
@@ -270,7 +270,7 @@ def motion_of(
             smooth = low_passed(sos, position)
             velocity = low_passed(sos, filled)
             notes.append(
-                "speed is the recorded one: it says the same as the position, with less noise"
+                "the recorded speed is used: it agrees with the position and has less noise"
             )
     settle = settling(rate, bandwidth)
     ends = min(max(settle, round(_ENDS * rate / bandwidth)), grid.size // 20)

@@ -35,7 +35,7 @@ def unused_motion(recording: Recording, machine: Machine) -> list[str]:
         if any(recording.has(name) for name in names):
             continue
         notes += [
-            f"{in_map(name)} is not used: drive.output is {machine.output}, whose {what} is "
+            f"{in_map(name)} is not used: the {what} of a {machine.output} output is "
             f"{in_map(names[0])}"
             for name in other[what]
             if recording.has(name)

@@ -226,7 +226,7 @@ class _Replayer:
         size = float(np.sqrt(np.mean(error**2)))
         text = f"RMS; replayed it is off by {q.amount(gap.gap, self.end)} with the nominal model"
         if self.final is not self.base:
-            text += f", by {q.amount(gap.after, self.end)} with what was found"
+            text += f", by {q.amount(gap.after, self.end)} with the twin"
         return (Measured(f"tracking_error_{self.end}", self.end, size, size, size, text),)
 
     def _notes(self) -> tuple[str, ...]:

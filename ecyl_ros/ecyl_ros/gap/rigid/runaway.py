@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -17,12 +18,16 @@ from .replay import Replay
 _MOTION = ("position", "speed")
 
 
-def without_runaways(played: Replay, judged: BoolArray) -> Replay:
-    """The replay, NaN for what a run that ran away says, and a note.
+class Runaways(NamedTuple):
+    """Which replays ran away: with the nominal model, and with what was found."""
 
-    judged: bool[m], rows that figures are of.
-    """
-    before, after = ran_away(played, judged)
+    before: bool
+    after: bool
+
+
+def without_runaways(played: Replay, runaways: Runaways) -> Replay:
+    """The replay, NaN for what a run that ran away says, and a note."""
+    before, after = runaways
     if not (before or after):
         return played
     nan = math.nan
@@ -35,11 +40,11 @@ def without_runaways(played: Replay, judged: BoolArray) -> Replay:
         )
         for one in played.signals
     )
-    who = "with the nominal model" if before else "with what was found"
-    who = f"{who} and with what was found" if before and after else who
+    who = "with the nominal model" if before else "with the causes found"
+    who = f"{who} and with the causes found" if before and after else who
     note = (
-        f"{who} the replay runs away: further than the recording moves at all; look at the sign "
-        "and gain of the effort, and at what else drives the output"
+        f"{who} the replay runs away: its error exceeds the whole recorded motion; check the sign "
+        "and gain of the effort, and what else drives the output"
     )
     return dataclasses.replace(
         played,
@@ -50,11 +55,11 @@ def without_runaways(played: Replay, judged: BoolArray) -> Replay:
     )
 
 
-def ran_away(played: Replay, judged: BoolArray) -> tuple[bool, bool]:
-    """Whether the replays ran away: with the nominal model, and with what was found."""
+def ran_away(played: Replay, judged: BoolArray) -> Runaways:
+    """Which replays ran away; judged: bool[m], rows that figures are of."""
     rows = [at for at, one in enumerate(played.signals) if one.name in _MOTION]
     rows = rows if played.recorded.size else []
-    return _away(played, played.before, rows, judged), _away(played, played.after, rows, judged)
+    return Runaways(*(_away(played, run, rows, judged) for run in (played.before, played.after)))
 
 
 def _away(played: Replay, run: FloatArray, rows: list[int], judged: BoolArray) -> bool:

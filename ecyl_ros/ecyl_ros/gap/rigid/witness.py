@@ -31,8 +31,8 @@ def borne_out(ruling: Ruling, terms: Sequence[Term], model: Model) -> tuple[Ruli
         return ruling, ""
     titles = ", ".join(dict.fromkeys(one.title for one in ruling.causes))
     return _without_causes(ruling), (
-        "closest in the catalogue, but with so light an output the unexplained acceleration is no "
-        f"smaller: {titles}"
+        f"closest in the catalogue is {titles}: not named, because it lightens the output and "
+        "leaves no less acceleration unexplained"
     )
 
 
@@ -82,5 +82,5 @@ def heard(ruling: Ruling, played: Replay, *, over_time: bool) -> tuple[Ruling, s
     if not worse:
         return ruling, ""
     names = " and ".join(one.name.replace("_", " ") for one in worse)
-    note = f"in the replay with the named causes the {names} is further off than without"
+    note = f"in the replay with the named causes the {names} is further off than without them"
     return dataclasses.replace(ruling, verdict="partly_explained"), note

@@ -228,10 +228,13 @@ def record_cases(case: Case, drive: DriveParameters | Setup) -> list[Recording]:
     """The same of all recordings that its setup asks for."""
     setup = Setup.of(drive)
     stage = Stage.of(case.seed, setup, case.sheet)
-    found = []
-    for one in [stage, *stage.others(case.seed, setup)]:
-        machine = one.with_effects(case.effects, case.seed)
-        recording = record_machine(machine, one.nuisances, setup.drive, one.reference)
-        gone: dict[str, Any] = {name: np.full(len(recording), np.nan) for name in setup.missing}
-        found.append(replace(recording, **gone) if gone else recording)
-    return found
+    every = [stage, *stage.others(case.seed, setup)]
+    return [record_on(case, one, setup) for one in every]
+
+
+def record_on(case: Case, stage: Stage, setup: Setup) -> Recording:
+    """The recording that a case's machine gives on one of its stages."""
+    machine = stage.with_effects(case.effects, case.seed)
+    recording = record_machine(machine, stage.nuisances, setup.drive, stage.reference)
+    gone: dict[str, Any] = {name: np.full(len(recording), np.nan) for name in setup.missing}
+    return replace(recording, **gone) if gone else recording

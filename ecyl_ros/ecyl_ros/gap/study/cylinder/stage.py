@@ -145,24 +145,32 @@ class Stage:
 
         Raises InputError where the machine is not stable on one of them.
         """
-        found = []
+        return [
+            self.on(setup.reference(np.random.default_rng([seed, 5, number])), number, setup.drive)
+            for number in range(1, setup.several[0] if setup.several else 1)
+        ]
+
+    def on(
+        self, reference: tuple[FloatArray, FloatArray], number: int, drive: DriveParameters
+    ) -> Stage:
+        """The same machine in its recording of this number, with a motion and a noise of its own.
+
+        reference: position m and velocity m/s at each control tick.
+
+        Raises InputError where the machine is not stable on it.
+        """
+        nuisances = replace(
+            self.nuisances,
+            noise_seed=self.nuisances.noise_seed + number,
+            epoch_ns=self.nuisances.epoch_ns + number * _BETWEEN_NS,
+        )
         machine = off_sheet(self.machine, self.errors)
-        for number in range(1, setup.several[0] if setup.several else 1):
-            reference = setup.reference(np.random.default_rng([seed, 5, number]))
-            nuisances = replace(
-                self.nuisances,
-                noise_seed=self.nuisances.noise_seed + number,
-                epoch_ns=self.nuisances.epoch_ns + number * _BETWEEN_NS,
-            )
-            healthy = run_machine(machine, nuisances, setup.drive, reference)
-            if not healthy.finite:
-                raise InputError("the machine is not stable on one of its motions; no case drawn")
-            found.append(
-                replace(
-                    self, reference=reference, nuisances=nuisances, healthy=healthy, number=number
-                )
-            )
-        return found
+        healthy = run_machine(machine, nuisances, drive, reference)
+        if not healthy.finite:
+            raise InputError("the machine is not stable on one of its motions; no case drawn")
+        return replace(
+            self, reference=reference, nuisances=nuisances, healthy=healthy, number=number
+        )
 
     def with_effects(self, effects: Mapping[str, Values], seed: int) -> Physics:
         """The healthy machine with effects on it.
