@@ -101,6 +101,7 @@ def test_every_effect_has_words_and_units() -> None:
     }
     assert words.with_article("actuation_delay") == "an actuation delay"
     assert words.with_article("cogging_torque") == "cogging torque"
+    assert words.with_article("gravity_on_arm") == "gravity on arm"
     assert words.title("rotor_coulomb_friction").startswith("Coulomb")
     assert words.title("rotor_viscous_friction").startswith("viscous")
     assert words.title("never_heard_of") == "never heard of"

@@ -13,6 +13,7 @@ import pytest
 from report_samples import backlash, coulomb, diagnosis, of_each_verdict
 
 from ecyl_ros.errors import InputError
+from ecyl_ros.gap.diagnosis import Candidate
 from ecyl_ros.gap.report import residual, stretch
 from ecyl_ros.gap.report.page import report_html, write_report
 from ecyl_ros.gap.report.style import CSS
@@ -78,6 +79,11 @@ def test_one_plain_sentence_says_what_came_out() -> None:
     assert said.startswith("The gap is not explained by anything in the catalogue.")
     assert "74 % of the gap lies at reversals, 20 % of the time" in said
     assert "Effects in the rotor come closest" in said
+    assert said.endswith("but not surely enough to be named.")
+    far = dataclasses.replace(
+        VERDICTS["unexplained"], candidates=(Candidate(("local_jam",), 3, 3),)
+    )
+    assert sentence(far).endswith("too much to be named.")
 
 
 def test_a_sheet_that_removes_nothing_is_not_praised_for_it() -> None:

@@ -26,3 +26,15 @@ def test_at_one_speed_a_level_is_as_unsure_as_its_share_of_the_friction() -> Non
     assert named
     for name, one in named.items():
         assert one.low < true[name] < one.high, name
+
+
+def test_a_level_that_may_be_all_viscous_shares_with_it() -> None:
+    """The same start with friction of the viscous kind alone, told from a level by the start and no
+    more: it is not called a level of which the report says that it may be nothing."""
+    t = np.arange(6000) / 1000.0
+    m = along(1.5 * (1.0 - np.exp(-t / 0.1)) * (1.0 + 0.03 * np.sin(4.4 * t + 1.0)))
+    effort = 0.1 * m.a + 2.1 * m.v / 1.5 + 0.3 * np.sin(7.0 * m.q) + 0.2 * np.sin(31.0 * t)
+    machine = dataclasses.replace(ROTARY, inertia=None)
+    found = causes(diagnose(recorded(m, effort, machine, 0.03, 1e-4), machine))
+    level = found.get("rotor_coulomb_friction")
+    assert level is None or not level.parameters[0].low <= 0.0

@@ -16,6 +16,7 @@ from .effect import FloatArray
 
 _SOFT = 1e-3  # of the largest speed: below it the sign of the speed is not trusted
 _SOFTEST = 0.03  # of it: beyond, a level would look like a rise with speed
+_STROKE = 0.1  # of the largest speed: what stays slower is no stroke
 _SAME = 0.01  # of the power of what depends on position: two forms that nothing tells apart
 
 
@@ -61,6 +62,14 @@ class Along:
         self.one: FloatArray = np.ones_like(speed)
         self.side = "load" if machine.linear else "rotor"
         self.turns = float(np.ptp(motion.position[usable])) > 2.0 * math.tau
+
+    @cached_property
+    def strokes(self) -> tuple[int, int]:
+        """How often it went forwards and backwards, rests and other recordings between or not."""
+        speed = self.motion.velocity[self.motion.usable]
+        ways = np.sign(speed[np.abs(speed) > _STROKE * self.top_speed])
+        first = ways[np.flatnonzero(np.diff(ways, prepend=0.0))]
+        return int(np.sum(first > 0.0)), int(np.sum(first < 0.0))
 
     @property
     def turn(self) -> Turn:

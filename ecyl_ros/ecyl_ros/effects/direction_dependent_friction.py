@@ -91,6 +91,7 @@ EFFECT = Effect(
 )
 
 
+_STROKES = 2  # each way: with one, nothing says that the next is like it
 _WITHIN = 1.96  # standard deviations that 95 % of all lie within
 _AT_BOUND = 1e-6  # of the largest coefficient: so near, it is the bound
 _STEMS = (
@@ -134,7 +135,12 @@ def _gives_way(along: Along, held: bool) -> list[list[Term]]:
 
 
 def _void(fitted: Fitted) -> str:
-    """It has to differ by direction, and to be friction in both."""
+    """It has to differ by direction, in more than one stroke each way, and to be friction in both.
+
+    Of one stroke each way the direction is but the earlier and the later part of the time.
+    """
+    if min(fitted.along.strokes) < _STROKES:
+        return "one direction was gone in once: what changed with time or place would do as well"
     values, covariance = fitted.values, fitted.covariance()
     if np.any(values - np.array(fitted.term.low) <= _AT_BOUND * np.abs(values).max()):
         return "one direction is at its bound"

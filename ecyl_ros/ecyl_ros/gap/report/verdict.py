@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from ..diagnosis import Cause, ConditionShare, Diagnosis, SignalGap
-from ..judge.verdict import NO_GAP_RATIO, shrink_of
+from ..judge.verdict import NO_GAP_RATIO, STRUCTURELESS, shrink_of
 from . import law as law_words
 from . import quantities as q
 from . import together, words
@@ -232,9 +232,11 @@ def _unexplained(diagnosis: Diagnosis) -> str:
     best = next((one for one in diagnosis.candidates if one.effects), None)
     if best is not None:
         closest = words.listed([words.with_article(one) for one in best.effects])
+        near = best.judged <= STRUCTURELESS * diagnosis.misfit_perfect
+        why = "but not surely enough to be named" if near else "too much to be named"
         text += (
             f" The closest candidate is {closest}: "
             f"it leaves a misfit of {q.number(best.judged)} noise floors "
-            f"({q.number(diagnosis.misfit_before)} without it), too much to be named."
+            f"({q.number(diagnosis.misfit_before)} without it), {why}."
         )
     return text

@@ -39,7 +39,7 @@ _VERDICTS = {
 }
 RAN_AWAY = "runs away"  # of a replay whose error says nothing of the drive (NaN)
 _NAMES = ("Coulomb", "Stribeck")  # words that keep their capital
-_MASS_NOUNS = ("friction", "cogging", "ripple", "dead time", "eccentricity")
+_MASS_NOUNS = ("friction", "cogging", "ripple", "dead time", "eccentricity", "gravity")
 
 
 def block(name: str | None) -> str:

@@ -23,8 +23,12 @@ def with_more(balance: Balance, closest: Solution, more: Sequence[Term]) -> Solu
     return balance.fit([*closest.terms, *more], balance.usable, prior=prior)
 
 
-def shown(balance: Balance, along: Along, terms: Sequence[Term]) -> list[Term]:
-    """Friction and a load that are not among `terms`, and differ from none by their intervals."""
+def shown(
+    balance: Balance, along: Along, closest: Solution, extra: Sequence[Term] = ()
+) -> list[Term]:
+    """Friction and a load that are neither in a set nor `extra`, and differ from none by their
+    intervals beside both."""
+    terms = [*closest.terms, *extra]
     every = [viscous.term(along)]
     if along.both_ways:  # else the one is the other
         every += [coulomb.term(along), constant.term(along)]
@@ -38,7 +42,7 @@ def shown(balance: Balance, along: Along, terms: Sequence[Term]) -> list[Term]:
         and not (one.mean and free_means(terms))
     ]
     while more:
-        fit = balance.fit([*terms, *more], balance.usable)
+        fit = with_more(balance, closest, [*extra, *more])
         spans = balance.intervals(fit, balance.usable)
         first = {one.key: spans[one.key][0] for one in more}
         idle = [one for one in more if first[one.key].low <= 0.0 <= first[one.key].high]

@@ -14,6 +14,7 @@ from ..diagnosis import Diagnosis
 from .assemble import assembled
 from .balance import Balance
 from .compete import compete, concluded
+from .contest import Contest
 from .floor import repeatability, white_part
 from .held import off_sheet, said_of, unbelieved
 from .judge import Judgement
@@ -132,7 +133,7 @@ def _competed(
     null = Null(balance, catalogue, held)
     for number in range(_ROUNDS):
         contest = compete(null, floor, without, _part(tell, number))
-        finer, finer_is = _finer_floor(balance, catalogue, contest.winner)
+        finer, finer_is = _finer_floor(balance, catalogue, contest)
         more = lag_left(contest.winner, lag_s)
         moved, lower = abs(more) > MOVED / motion.rate_hz, finer < _FINER * floor
         if lower or finer > floor:
@@ -158,19 +159,24 @@ def _part(tell: Callable[[float], None], number: int) -> Callable[[float], None]
     return lambda share: tell(0.1 + (number + share) * 0.8 / _ROUNDS)
 
 
-def _finer_floor(balance: Balance, catalogue: Catalogue, winner: Solution) -> tuple[float, str]:
-    """The floor once `winner` is known.
+def _finer_floor(balance: Balance, catalogue: Catalogue, contest: Contest) -> tuple[float, str]:
+    """The floor once a set has won.
 
     What depends on time, or varies fast over the position, does not repeat until then.
     """
+    winner = contest.winner
     finer, finer_is = _floor(balance, catalogue, winner)
     # A fit that leaves far less than the floor on rows it never saw refutes the floor.
     judged = balance.judged if balance.judged.any() else balance.usable
-    left = winner.rms(moving(judged, balance.motion, catalogue.along))
-    if catalogue.machine.actuation == "loop":  # a delay cancels noise that went round the loop
-        left = max(left, winner.inertia(catalogue.model) * balance.blur.noise)
+    rows = moving(judged, balance.motion, catalogue.along)
+    looped = catalogue.machine.actuation == "loop"  # a delay cancels noise that went round it
+    least = winner.inertia(catalogue.model) * balance.blur.noise if looped else 0.0
+    left = max(winner.rms(rows), least)
     if left < _REFUTED * finer:
-        finer, finer_is = left, "what the closest model leaves"
+        # Then by the one that leaves least, whether it has won or not: no set is its own floor.
+        rivals = (one.rms(rows) for one in (*contest.rivals, *contest.singles))
+        finer = max(min([left, *rivals]), least)
+        finer_is = "what the closest model leaves"
     white = min(white_part(balance, winner), left)
     if white > finer:
         finer, finer_is = white, "white noise"
@@ -203,7 +209,7 @@ def check_motion(motion: Motion, machine: Machine, source: str) -> None:
     if moved.size == 0 or not np.ptp(motion.position[motion.usable]) > 20.0 * motion.position_noise:
         raise InputError(
             f"{source}: the output does not move by more than 20 times its noise of "
-            f"{motion.position_noise:.3g}; expected motion"
+            f"{motion.position_noise:.3g} {'m' if machine.linear else 'rad'}; expected motion"
         )
     if not np.ptp(motion.effort[motion.usable]) > 0.0:
         raise InputError(f"{source}: the effort never changes; expected a recorded effort")

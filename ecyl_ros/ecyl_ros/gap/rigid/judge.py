@@ -12,7 +12,7 @@ from functools import cached_property
 import numpy as np
 
 from ...effects import constant_load, load_coulomb_friction, load_viscous_friction
-from ...effects.catalogue import EFFECTS
+from ...effects.catalogue import EFFECTS, RIGID
 from ...effects.term import Interval, Term
 from ..diagnosis import Cause, FittedParameter
 from ..judge.verdict import (
@@ -114,18 +114,35 @@ class Judgement:
 
         At one speed a level stands for all friction; its value is then that of a sum.
         """
-        balance, rows = self.balance, self.balance.usable
+        _, beside = self._beside
+        return {
+            key: [one.over(other) for one, other in zip(spans, beside[key], strict=True)]
+            for key, spans in self._bent.items()
+        }
+
+    @cached_property
+    def _bent(self) -> dict[str, list[Interval]]:
+        """`spans`, as wide as the structure that is left could bend them."""
+        rows = self.balance.usable
         in_motion = moving(rows, self.motion, self.catalogue.along)
         structure = max(self.whole.rms(in_motion) ** 2 - self.floor**2, 0.0)
-        told = balance.intervals(self.whole, rows, _BENDS * math.sqrt(structure))
-        more = shown(balance, self.catalogue.along, self.whole.terms)
+        return self.balance.intervals(self.whole, rows, _BENDS * math.sqrt(structure))
+
+    @cached_property
+    def _beside(self) -> tuple[list[Term], dict[str, list[Interval]]]:
+        """Friction and a load that are shown without being in the closest set, and `spans` beside
+        them."""
+        more = shown(self.balance, self.catalogue.along, self.whole)
         if not more:
-            return told
-        added = balance.intervals(with_more(balance, self.whole, more), rows)
-        return {
-            key: [one.over(other) for one, other in zip(spans, added[key], strict=True)]
-            for key, spans in told.items()
-        }
+            return [], self.spans
+        fit = with_more(self.balance, self.whole, more)
+        return more, self.balance.intervals(fit, self.balance.usable)
+
+    def _taken_over(self, term: Term) -> list[str]:
+        """Effects that are shown without being in the set, beside which a term may be nothing."""
+        more, beside = self._beside
+        first = beside[term.key][0]
+        return [one.effect for one in more] if first.low <= 0.0 <= first.high else []
 
     def void(self, term: Term) -> str:
         """Why a term of the closest set is no cause; empty where it may be one."""
@@ -220,7 +237,7 @@ class Judgement:
         found, at = {}, 0
         for term in self.whole.free:
             found[term.key] = why_not(
-                self.balance, self.catalogue.along, self.whole, term, self._told[term.key], at
+                self.balance, self.catalogue.along, self.whole, term, self._bent[term.key], at
             )
             at += term.columns.shape[0]
         return found
@@ -241,6 +258,11 @@ class Judgement:
         names = " and ".join(
             one.replace("_", " ") for one in (first.effect, *self._alike[first.key])
         )
+        if not any(one in RIGID for one in self._alike[first.key]):
+            return (
+                f"{names} look alike in any motion of a rigid drive; what is known beforehand of "
+                "one of them, in the drive file, would tell them"
+            )
         wanted = "motion both ways, at several speeds and over more travel"
         if excitation:
             wanted = f"{wanted} ({excitation})"
@@ -256,15 +278,19 @@ class Judgement:
             lost = self._lost(term)
             if term.key not in self._sure:  # judged once, beside its rivals and with all others
                 acts, sure, alternatives = self.certainty.of(term)
+                others = [one for one in self._taken_over(term) if one not in alternatives]
+                if sure > 0.0:  # each as good as it, and as what it is alike already
+                    sure = acts / (acts / sure + len(others))
+                alternatives = (*alternatives, *others)
                 self._sure[term.key] = (acts, sure)
                 self._alike[term.key] = alternatives
                 more = shares.get(term.effect, 0.0)
                 shares[term.effect] = max(more, (previous - now) / surplus)
             parameters = [FittedParameter(*one) for one in self._told[term.key]]
-            sure, others = self._sure[term.key][1], self._alike[term.key]
+            sure, alternatives = self._sure[term.key][1], self._alike[term.key]
             taken_off = (previous - now) / surplus
             found.append(
-                named_cause(term.effect, parameters, sure, others, taken_off, lost / surplus)
+                named_cause(term.effect, parameters, sure, alternatives, taken_off, lost / surplus)
             )
             previous = now
         self._shares = {

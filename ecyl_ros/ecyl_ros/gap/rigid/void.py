@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ...effects import constant_load
 from ...effects.actuation_delay import SAMPLING
 from ...effects.along import Along
 from ...effects.catalogue import RIGID
@@ -41,7 +42,7 @@ def why_not(
     told = sheet_value(term, spans, along.machine, along.units)
     if told is not None and within(told):
         return SHEET
-    if _drowns(balance, solution, term):
+    if _drowns(balance, along, solution, term):
         return "the model explains too little of the effort to say that it asks for less"
     if term.phase.size and _comes_and_goes(balance, solution, term):
         return "it is not there all the time, or not in step"
@@ -75,12 +76,16 @@ def why_not(
     return RIGID[term.effect].void(fitted)
 
 
-def _drowns(balance: Balance, solution: Solution, term: Term) -> bool:
+def _drowns(balance: Balance, along: Along, solution: Solution, term: Term) -> bool:
     """Whether a constant is less than its nominal value in a model that explains next to nothing.
 
-    What the nominal model asks for too much then comes off best, and nothing in its place.
+    What the nominal model asks for too much then comes off best, and nothing in its place. A load
+    has either sign: it is less where it goes against that of the file.
     """
-    if not (any(RIGID[term.effect].constant) and float(solution.of(term)[0]) < 0.0):
+    more = float(solution.of(term)[0])
+    if term.effect == constant_load.EFFECT.name:
+        more *= along.model.constant
+    if not (any(RIGID[term.effect].constant) and more < 0.0):
         return False
     rows = balance.usable
     effort = float(np.std(balance.effort[rows]))
