@@ -8,6 +8,7 @@ follows from the curvature of the objective (its Laplace approximation), without
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -77,7 +78,15 @@ def most_strained(fit: Fit, fitter: Fitter) -> Strain | None:
 
     None where all may be those of a healthy machine.
     """
-    found = next((one for one in strains(fit, fitter) if effect_of(one.row, fitter)), None)
+    return furthest(fit, fitter, lambda row: effect_of(row, fitter) is not None)
+
+
+def furthest(fit: Fit, fitter: Fitter, counts: Callable[[int], bool]) -> Strain | None:
+    """The constant that lies furthest beyond its sheet, of those whose row counts.
+
+    None where all may be those of a healthy machine.
+    """
+    found = next((one for one in strains(fit, fitter) if counts(one.row)), None)
     return found if found is not None and found.saved > STRAINED else None
 
 

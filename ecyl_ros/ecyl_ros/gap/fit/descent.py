@@ -44,7 +44,7 @@ def approach(fitter: Fitter, start: Fit, known: Fit) -> Fit:
     best = start
     if len(coordinates) == 1:
         best = along(fitter, start, coordinates[0])
-        if not fitter.sheet.free(start.values).any():
+        if not _beside_constants(fitter, start):
             return best
         return fitter.fit(best, steps=5, stage=COARSE, known=known, least=_least(fitter))
     # One parameter at a time first, the latest addition to a set before the others.
@@ -64,7 +64,7 @@ def close_in(fitter: Fitter, near: Fit, known: Fit) -> Fit:
     if len(coordinates) > 1:
         best = turned(fitter, near)
         return fitter.fit(best, steps=4, stage=MEDIUM, known=known, least=_least(fitter))
-    if not fitter.sheet.free(near.values).any():
+    if not _beside_constants(fitter, near):
         return near
     best = fitter.fit(near, steps=5, stage=MEDIUM, known=known, least=_least(fitter))
     if not near_floor(best, fitter):
@@ -83,7 +83,7 @@ def glimpse(fitter: Fitter, start: Fit, known: Fit) -> Fit:
 
     The first steps are short where flanks meet: the spikes that a small step moves do not overlap.
     """
-    free = bool(fitter.sheet.free(start.values).any())
+    free = _beside_constants(fitter, start)
     return fitter.fit(start, steps=_GLIMPSE * (1 if free else _ALONE), stage=MEDIUM, known=known)
 
 
@@ -99,6 +99,11 @@ def unbent(fitter: Fitter, fit: Fit) -> Fit:
     return best
 
 
+def _beside_constants(fitter: Fitter, fit: Fit) -> bool:
+    """Whether constants of the sheet are fitted beside a set."""
+    return bool(fitter.sheet.free(fit.values).any())
+
+
 def _least(fitter: Fitter) -> float:
     """With constants beside the effects, a stage but the last only leads on to the next."""
     return _ON_THE_WAY if len(fitter.sheet) else CONVERGED
@@ -110,7 +115,7 @@ def polish(fitter: Fitter, start: Fit, steps: int) -> Fit:
     steps: at the most in each stage.
     """
     best = shaped(fitter, start)
-    free = bool(fitter.sheet.free(start.values).any())
+    free = _beside_constants(fitter, start)
     steps = steps if free else _ALONE * steps
     least = _least(fitter)
     for stage in (

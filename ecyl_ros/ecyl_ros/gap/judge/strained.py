@@ -11,7 +11,7 @@ and an inductance, of which two have a name.
 from __future__ import annotations
 
 from ..compete.earn import AT_FLOOR
-from ..compete.strain import STRAINED, Strain, strains
+from ..compete.strain import Strain, furthest
 from ..fit.fit import Fit, Fitter
 from ..fit.robust import misfit
 
@@ -23,7 +23,4 @@ def strained(fit: Fit, fitter: Fitter) -> Strain | None:
     """The constant that a fit at the noise floor leaves strained; None where there is none."""
     if misfit(fit.left) > AT_FLOOR * fitter.perfect_with(fit.values):
         return None
-    found = next(
-        (one for one in strains(fit, fitter) if fitter.sheet.keys[one.row] != _OF_THE_MODEL), None
-    )
-    return found if found is not None and found.saved > STRAINED else None
+    return furthest(fit, fitter, lambda row: fitter.sheet.keys[row] != _OF_THE_MODEL)
