@@ -103,6 +103,18 @@ def test_a_lag_of_sampling_is_taken_out_silently(samples) -> None:
     assert result.verdict in ("no_gap", "within_sheet") and not result.causes
 
 
+def test_noise_of_the_effort_is_no_lag() -> None:
+    """A third of the effort is noise: what is left is the same with a lag and without one."""
+    every, left = 10, []
+    slow = Motion(M.t[::every], M.q[::every], M.v[::every], M.a[::every])
+    for samples in (-1.9, 0.0, 1.9):
+        effort = _late(_drag(), samples * every / RATE_HZ)[::every]
+        result = diagnose(recorded(slow, effort, SHEET, 8.0, 1e-6), SHEET)
+        assert result.verdict == "no_gap"
+        left.append(next(one.gap for one in result.signals if one.name == "force"))
+    assert max(left) < 1.02 * min(left)
+
+
 def test_a_long_delay_is_found_as_long_as_it_is() -> None:
     """25 ms, far beyond what a first derivative holds: named, within sampling's own lag."""
     result = diagnose(recorded(M, _late(_drag(), 0.025), SHEET, 0.3, 1e-6), SHEET)

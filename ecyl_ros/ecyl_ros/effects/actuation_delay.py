@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 
 from ..drive.parameters import DriveParameters
 from .along import Along
@@ -92,13 +93,19 @@ def _void(fitted: Fitted) -> str:
     return plain(fitted)
 
 
-def lag(along: Along) -> Term:
-    """What is left of the lag of sampling, either way, to first order."""
+def lag(along: Along, known_s: float) -> Term:
+    """What is left of the lag of sampling, either way, to first order.
+
+    known_s: what the recorded effort is ahead of the motion by, as far as it is taken out; the
+    slope of the effort is that of the same instants, else its noise would look like a lag.
+    """
     motion = along.motion
+    course = CubicSpline(np.arange(motion.effort.size) / motion.rate_hz, motion.effort)
+    slope = course(np.clip(course.x - known_s, 0.0, course.x[-1]), 1)
     return Term(
         effect="actuation_delay",
         key=LAG,
-        columns=np.gradient(motion.effort, 1.0 / motion.rate_hz)[None],
+        columns=slope[None],
         parameters=lambda c: (("lag_s", "s", float(c[0])),),
         values=lambda c: {"delay": float(c[0])},
         low=(-math.inf,),

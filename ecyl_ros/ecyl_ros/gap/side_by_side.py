@@ -13,6 +13,8 @@ from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
 from typing import Generic, TypeVar
 
+from ..analysis.parallel import cores
+
 Job = TypeVar("Job")
 Found = TypeVar("Found")
 
@@ -73,7 +75,7 @@ class _Batch(Generic[Job, Found]):
 
 
 def _others() -> int:
-    return (os.cpu_count() or 1) - 1
+    return cores() - 1
 
 
 def _threads() -> ThreadPoolExecutor:

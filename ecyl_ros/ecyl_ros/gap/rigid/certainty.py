@@ -16,6 +16,7 @@ from ..judge.verdict import RARER
 from .balance import Balance, beside
 from .contest import Contest
 from .expected import before, log_odds
+from .rest import moving
 from .solution import Solution
 
 _CERTAIN = 0.97  # the most that a cause found by effort is believed
@@ -23,6 +24,7 @@ _ALIKE = 0.2  # of what is left: sets that differ by less (2 % of its RMS) canno
 _WORSE = math.hypot(1.0, _ALIKE)  # by which its RMS then differs
 _SAME = 0.01  # of the power of columns: they span the same but next to a reversal
 _OWN = 0.5  # share of an effect's power that another has to take over to be its like
+_OTHER_AXIS = RARER  # weight of another axis that swings, beside a disturbance of fixed frequency
 _ERRS = 0.03  # of what is left: by so much models differ that are equally true
 
 
@@ -88,7 +90,8 @@ class Certainty:
         size = own if rarity > 1 else math.hypot(own, self._beyond(term))
         above = (unknown if rarity > 1 else structure) / max(size, 1e-9 * best)
         acts = min(acts, 1.0 / (1.0 + 2.0 * math.exp(-known) * above**2))
-        return acts, acts / (1.0 + sum(weights.values())), tuple(weights)
+        others = sum(weights.values()) + (_OTHER_AXIS if term.over_time else 0.0)
+        return acts, acts / (1.0 + others), tuple(weights)
 
     def _rarity(self, name: str) -> int:
         return EFFECTS[name].rarity - before(self._along, name)
@@ -105,8 +108,11 @@ class Certainty:
         A second unknown of that size would turn one candidate into another, however many samples
         there are.
         """
-        best = max(self.contest.winner.priced(self.judged), 1e-300)
-        structure = math.sqrt(max(best**2 - self.floor**2, 0.0))
+        winner = self.contest.winner
+        best = max(winner.priced(self.judged), 1e-300)
+        # On the fitted stretches, too: a fit can but leave less there, unless more is there.
+        most = max(best, winner.priced(moving(self.balance.usable, self.balance.motion, self._along)))
+        structure = math.sqrt(max(most**2 - self.floor**2, 0.0))
         return structure, math.hypot(structure, _ALIKE * min(best, self.floor))
 
     def _behind(self, other: Solution) -> float:

@@ -39,6 +39,10 @@ _WANDERS = 0.05  # share of the effort that may not repeat where there is to be 
 _SMALL = 0.03  # share of the gap that an effect has to remove to be named
 # Of the structure that is left, along one effect: what the set could not take is shaped otherwise.
 _BENDS = 0.5
+_SWINGS = (
+    "another axis that swings at the frequency of the periodic disturbance pulls alike: a recording "
+    "while the others rest would tell"
+)
 _FLAT = 0.7  # share of the signal that its floor may have: half of the power is unknown beyond
 
 
@@ -189,6 +193,8 @@ class Judgement:
         if causes and not named and not settled:
             tried = ", ".join(one.title for one in causes)
             self.notes.append(f"closest in the catalogue, but too unsure to be named: {tried}")
+        if named and any(one.over_time for one in contest.order):
+            self.notes.append(_SWINGS)
         final = contest.winner if named else contest.nominal
         after = final.rms(self.judged)
         silent = sum(one in SILENT for one in self._void.values())

@@ -171,7 +171,7 @@ class Null:
             ]
         if machine.actuation == "loop":  # told from the motion itself: no logger comes between
             return found
-        late = actuation_delay.lag(catalogue.along)
+        late = actuation_delay.lag(catalogue.along, self.balance.lag_s)
         return [*found, Uncertain(late, _STEP / catalogue.motion.rate_hz)]
 
     def _per_own(self) -> float:
