@@ -200,7 +200,7 @@ def page(name: str) -> str:
         f"`{name}` acts in the block {_plain(effect.block)} and is one of [the "
         "effects](../effects.md).",
         effect.summary,
-        f"**Needed to see it:** {effect.excitation}.",
+        f"**Needed to see it:** {effect.needed}.",
         f"![{_capital(effect.title)} beside the healthy drive]({name}.png)",
         _caption(example),
         "## Parameters",

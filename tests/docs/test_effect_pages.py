@@ -36,7 +36,7 @@ def test_a_page_says_what_the_effect_says(pages: ModuleType) -> None:
     """Each page has its effect's summary, excitation, every parameter, and how it acts."""
     for name, effect in CATALOGUE.items():
         page = pages.page(name)
-        assert effect.summary in page and effect.excitation in page
+        assert effect.summary in page and effect.needed in page
         for one in effect.parameters:
             assert f"| `{one.name}` | {one.unit} | {one.low:g} to {one.high:g} |" in page
         for coarser in effect.refines:

@@ -29,8 +29,8 @@ EFFECT = Effect(
     title="constant load",
     summary="A force of constant size and direction: the current has an offset, and the "
     "transmission keeps to one flank where inertia does not lift it off.",
-    excitation="motion in both directions; passages through the backlash distinguish it from a "
-    "current offset",
+    excitation="motion in both directions",
+    separated_by="passages through the backlash distinguish it from a current offset",
     parameters=(
         Quantity(
             name="force_n",

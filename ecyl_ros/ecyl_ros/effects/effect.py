@@ -130,6 +130,7 @@ class Effect:
         title: what a drive engineer calls it.
         summary: what it is and what it looks like in a recording.
         excitation: what a recording must contain for it to be seen.
+        separated_by: what of a cylinder's motion, beside that, separates it from its like.
         parameters: what describes it.
         starts: values to begin a fit at, several where the fit may get stuck.
         modify: changes the packed record of the drive (see `drive.packed`), for effects that are
@@ -169,10 +170,16 @@ class Effect:
     rate: Callable[[Mapping[str, float], DriveParameters], float] = _slow
     rarity: int = 0
     cylinder: bool = True
+    separated_by: str = ""
 
     def __post_init__(self) -> None:
         if self.block not in BLOCKS:
             raise ValueError(f"{self.name}: block {self.block!r}, expected one of {BLOCKS}")
+
+    @property
+    def needed(self) -> str:
+        """What a recording of a cylinder must contain for it to be seen, and told from its like."""
+        return "; ".join(one for one in (self.excitation, self.separated_by) if one)
 
     @property
     def reported(self) -> tuple[Quantity, ...]:

@@ -36,7 +36,8 @@ EFFECT = Effect(
     title="Coulomb friction on the load",
     summary="A torque of constant size against the load's motion; the load stays where it is while "
     "the rotor crosses the backlash.",
-    excitation="reversals, some of them slow; the backlash separates it from friction on the rotor",
+    excitation="reversals, some of them slow",
+    separated_by="the backlash separates it from friction on the rotor",
     parameters=(
         Quantity(
             name="coulomb_nm", unit="N m", low=0.0, high=1e3, meaning="friction torque at the rotor"

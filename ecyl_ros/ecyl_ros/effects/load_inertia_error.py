@@ -26,7 +26,8 @@ EFFECT = Effect(
     block="load",
     title="wrong load inertia",
     summary="Torque in proportion to the load's acceleration, while the flanks are in contact.",
-    excitation="acceleration; passages through the backlash separate it from the rotor's inertia",
+    excitation="acceleration",
+    separated_by="passages through the backlash separate it from the rotor's inertia",
     parameters=(
         Quantity(
             name="inertia_kg_m2",

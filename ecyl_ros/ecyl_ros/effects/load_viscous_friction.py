@@ -34,7 +34,8 @@ EFFECT = Effect(
     block="load",
     title="Viscous friction on the load",
     summary="A torque against the load's motion in proportion to its speed, beyond the nominal.",
-    excitation="motion at different speeds; passages through the backlash separate rotor from load",
+    excitation="motion at different speeds",
+    separated_by="passages through the backlash separate rotor from load",
     parameters=(
         Quantity(
             name="viscous_nm_s_per_rad",

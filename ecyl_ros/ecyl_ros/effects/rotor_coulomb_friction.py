@@ -33,7 +33,8 @@ EFFECT = Effect(
     title="Coulomb friction on the rotor",
     summary="A torque of constant size against the rotor's motion; the rotor sticks at reversals, "
     "in the backlash too, where the load does not act.",
-    excitation="reversals, some of them slow; the backlash separates it from friction on the load",
+    excitation="reversals, some of them slow",
+    separated_by="the backlash separates it from friction on the load",
     parameters=(
         Quantity(
             name="coulomb_nm", unit="N m", low=0.0, high=1e3, meaning="friction torque at the rotor"

@@ -23,8 +23,8 @@ EFFECT = Effect(
     block="motor_mechanical",
     title="wrong rotor inertia",
     summary="Torque in proportion to the rotor's acceleration, in the backlash too.",
-    excitation="acceleration, and passages through the backlash, which separate it from the load's "
-    "inertia",
+    excitation="acceleration",
+    separated_by="passages through the backlash separate it from the load's inertia",
     parameters=(
         Quantity(
             name="inertia_kg_m2",

@@ -296,7 +296,8 @@ def _causes(
             if bound:
                 notes.append(f"{name}: {quantity.name} is at the bound of its fit")
         off, lost = (previous - now) / surplus, (rest - in_all(winner)) / surplus
-        causes.append(named_cause(name, parameters, sure, others, off, lost))
+        needed = CATALOGUE[name].needed
+        causes.append(named_cause(name, parameters, sure, others, off, lost, needed=needed))
         previous = now
     return causes, notes
 

@@ -73,12 +73,15 @@ def named_cause(
     others: tuple[str, ...],
     taken_off: float,
     lost: float,
+    *,
+    needed: str,
 ) -> Cause:
     """An effect as a cause.
 
     Args:
         effect: its name. parameters: as fitted. sure: confidence. others: that look the same here.
         taken_off: share of the gap that adding it removed. lost: that comes back without it.
+        needed: what a recording must contain to tell it from these others.
     """
     known = EFFECTS[effect]
     return Cause(
@@ -90,7 +93,7 @@ def named_cause(
         shrink=min(1.0, taken_off),
         shrink_alone_lost=min(1.0, lost),
         alternatives=others,
-        excitation=known.excitation,
+        excitation=needed,
     )
 
 

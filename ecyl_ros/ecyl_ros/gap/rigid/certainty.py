@@ -111,7 +111,8 @@ class Certainty:
         winner = self.contest.winner
         best = max(winner.priced(self.judged), 1e-300)
         # On the fitted stretches, too: a fit can but leave less there, unless more is there.
-        most = max(best, winner.priced(moving(self.balance.usable, self.balance.motion, self._along)))
+        rows = moving(self.balance.usable, self.balance.motion, self._along)
+        most = max(best, winner.priced(rows))
         structure = math.sqrt(max(most**2 - self.floor**2, 0.0))
         return structure, math.hypot(structure, _ALIKE * min(best, self.floor))
 

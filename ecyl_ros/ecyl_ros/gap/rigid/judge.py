@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import math
-import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -40,8 +39,8 @@ _SMALL = 0.03  # share of the gap that an effect has to remove to be named
 # Of the structure that is left, along one effect: what the set could not take is shaped otherwise.
 _BENDS = 0.5
 _SWINGS = (
-    "another axis that swings at the frequency of the periodic disturbance pulls alike: a recording "
-    "while the others rest would tell"
+    "another axis that swings at the frequency of the periodic disturbance would look the same: a "
+    "recording while the others rest would tell"
 )
 _FLAT = 0.7  # share of the signal that its floor may have: half of the power is unknown beyond
 
@@ -258,9 +257,6 @@ class Judgement:
         if not told:
             return ""
         first = told[0]
-        # A rigid drive has no backlash that could tell anything.
-        clauses = re.split(r"[;,] *", EFFECTS[first.effect].excitation.rstrip("."))
-        excitation = ", ".join(one for one in clauses if "backlash" not in one)
         names = " and ".join(
             one.replace("_", " ") for one in (first.effect, *self._alike[first.key])
         )
@@ -269,10 +265,10 @@ class Judgement:
                 f"{names} look alike in any motion of a rigid drive; what is known beforehand of "
                 "one of them, in the drive file, would tell them"
             )
-        wanted = "motion both ways, at several speeds and over more travel"
-        if excitation:
-            wanted = f"{wanted} ({excitation})"
-        return f"{names} look alike in this recording; one with {wanted} would tell them"
+        return (
+            f"{names} look alike in this recording; one with motion both ways, at several speeds "
+            f"and over more travel ({EFFECTS[first.effect].excitation}) would tell them"
+        )
 
     def _causes(self, before: float, surplus: float) -> list[Cause]:
         contest = self.contest
@@ -296,7 +292,15 @@ class Judgement:
             sure, alternatives = self._sure[term.key][1], self._alike[term.key]
             taken_off = (previous - now) / surplus
             found.append(
-                named_cause(term.effect, parameters, sure, alternatives, taken_off, lost / surplus)
+                named_cause(
+                    term.effect,
+                    parameters,
+                    sure,
+                    alternatives,
+                    taken_off,
+                    lost / surplus,
+                    needed=EFFECTS[term.effect].excitation,
+                )
             )
             previous = now
         self._shares = {
