@@ -133,6 +133,8 @@ def test_a_signal_that_one_lacks_and_another_kind_of_drive_are_refused() -> None
     with pytest.raises(InputError, match=r"^b\.mcap: rod_force in N is missing, which a\.mcap has"):
         _together([runs[0], bare])
     follower = dataclasses.replace(LINEAR, kind="follower")
+    with pytest.raises(InputError, match=r"^a\.mcap: expected two or more recordings"):
+        _together(_runs(_rubs(9.0))[:1])
     with pytest.raises(InputError, match="follower is judged one recording at a time"):
         ec.diagnose(runs, follower)
     with pytest.raises(InputError, match="1 recordings in a list, expected two or more"):

@@ -49,12 +49,17 @@ def diagnose_together(
         progress: called now and then with the share done, 0 to 1.
 
     Raises:
-        InputError: as `diagnose` does; a signal that one recording lacks, recordings of different
-            machines, a kind of drive that is judged one recording at a time.
+        InputError: as `diagnose` does; fewer than two recordings, a signal that one lacks,
+            recordings of different machines, a kind of drive that is judged one at a time.
     """
     begin = time.perf_counter()
     tell = progress or (lambda share: None)
     check_together(drive, mode, drive_name)
+    if len(recordings) < 2:
+        raise InputError(
+            f"{', '.join(sources) or drive_name}: expected two or more recordings to diagnose "
+            "together; `diagnose` takes one"
+        )
     for one, source in zip(recordings, sources, strict=True):
         check_input(one, drive, without, source)
     named: dict[str, Any] = {"sources": sources, "drive_name": drive_name, "tell": tell}
