@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -58,6 +60,19 @@ def test_the_reference_between_stamps_is_the_cubic_that_both_ends_tell() -> None
         assert within.sum() >= 251
         assert np.allclose(found[:, 0], true.reference_position_m, rtol=1e-12)
         assert np.allclose(found[:, 1], true.reference_velocity_m_per_s, rtol=1e-9)
+
+
+def test_jitter_of_the_stamps_is_none_of_the_reference() -> None:
+    """Sampled at ticks and stamped 0.2 us off them, at 250 Hz: the reference is that of the ticks,
+    to a thousandth of what it moves in such a time."""
+    ticks = np.arange(251) * 4e-3
+    jitter = 2e-7 * np.random.default_rng(4).standard_normal(ticks.size)
+    stamps = ticks + jitter - jitter[0]
+    told = dataclasses.replace(_recording(ticks), stamp_ns=np.round(1e9 * stamps).astype(np.int64))
+    grid = Grid.under(stamps, 250.0, CONTROL_HZ)
+    true = _recording(grid.instants()[:-1]).reference_position_m
+    found = grid.reference(told)[:-1, 0]
+    assert np.allclose(found[:-1], true[:-1], rtol=0.0, atol=2e-10)
 
 
 def test_a_shorter_grid_ends_with_its_last_stamp() -> None:

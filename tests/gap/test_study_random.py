@@ -17,7 +17,7 @@ from ecyl_ros.gap.study.case import Case
 from ecyl_ros.gap.study.cylinder.cases import VISIBLE
 from ecyl_ros.gap.study.cylinder.excitation import draw_reference
 from ecyl_ros.gap.study.cylinder.machine import noise_floor, run_machine
-from ecyl_ros.gap.study.cylinder.nuisances import Nuisances
+from ecyl_ros.gap.study.cylinder.nuisances import Nuisances, steps_of
 from ecyl_ros.gap.study.cylinder.physics import nominal_physics
 from ecyl_ros.gap.study.drives import RandomDrives
 from ecyl_ros.gap.study.random_drives import draw_setup
@@ -90,7 +90,7 @@ def test_a_random_machine_is_its_nominal_model() -> None:
     tick = 1.0 / drive.controller.rate
     speed = setup.peak_speed * drive.transmission.rod_per_rotor
     position, velocity = draw_reference(np.random.default_rng(5), 3.0, tick, speed)
-    plain = Nuisances(max(1, round(tick / 1e-5)), 0.0, 0.0, 0, 0)
+    plain = Nuisances(steps_of(drive), 0.0, 0.0, 0, 0)
     run = run_machine(nominal_physics(drive), plain, drive, (position, velocity))
     asked = np.append(position, position[-1]), np.append(velocity, 0.0)
     quiet = dataclasses.replace(drive, sensors=SensorParameters())

@@ -76,11 +76,15 @@ class Grid:
         return values
 
     def reference(self, recording: Recording) -> FloatArray:
-        """float64[samples + 1, 2], what the recording asked for at `instants`: m and m/s."""
+        """float64[samples + 1, 2], what the recording asked for at `instants`: m and m/s.
+
+        Asked for at control ticks: a stamp that is next to one has jitter, and a reference that
+        moves fast would have it, too.
+        """
         position = recording.reference_position_m
         velocity = recording.reference_velocity_m_per_s
         known = np.isfinite(position)
-        time = self.time_s[known]
+        time = (self.time_s if self.rows is None else self.rows * self.step_s)[known]
         if np.isfinite(velocity[known]).all():
             spline = CubicHermiteSpline(time, position[known], velocity[known])
         else:

@@ -17,7 +17,7 @@ from .effects import EFFECTS
 from .excitation import FloatArray, draw_reference
 from .imposed import Scale, Values
 from .machine import Run, noise_floor, record_machine, run_machine
-from .nuisances import Nuisances, add_nuisances
+from .nuisances import Nuisances, add_nuisances, steps_of
 from .physics import Physics, nominal_physics
 from .sheet import draw_errors, draw_feed, off_sheet, taken_by
 
@@ -119,9 +119,8 @@ class Stage:
         drive = setup.drive
         _check_noise(drive)
         rng = np.random.default_rng([seed, 0])
-        tick_s = 1.0 / drive.controller.rate
         reference = setup.reference(rng)
-        plain = Nuisances(max(1, round(tick_s / 1e-5)), 0.0, 0.0, 0, 0)
+        plain = Nuisances(steps_of(drive), 0.0, 0.0, 0, 0)
         nominal = run_machine(nominal_physics(drive), plain, drive, reference)
         if not nominal.finite:
             raise InputError("the drive is unstable with its nominal parameters; no case drawn")
