@@ -162,9 +162,12 @@ class Recording:
 
     def slice(self, start_s: float = 0.0, stop_s: float = float("inf")) -> Recording:
         """The part with start_s <= time_s < stop_s; stamps keep their values."""
-        keep = (self.time_s >= start_s) & (self.time_s < stop_s)
+        return self.at(np.flatnonzero((self.time_s >= start_s) & (self.time_s < stop_s)))
+
+    def at(self, rows: NDArray[np.int64]) -> Recording:
+        """Some of the samples, by their rows int64[k] in rising order; stamps keep their values."""
         names = ("stamp_ns", *SIGNALS, *FOREIGN_SIGNALS)
-        arrays = {name: getattr(self, name)[keep] for name in names}
+        arrays = {name: getattr(self, name)[rows] for name in names}
         return replace(self, **arrays)
 
     def to_pandas(self) -> DataFrame:

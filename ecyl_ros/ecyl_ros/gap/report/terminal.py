@@ -149,9 +149,11 @@ def _runner_up(diagnosis: Diagnosis) -> list[str]:
     best = runner_up(diagnosis)
     if best is None:  # where no cause is named, the verdict says what came closest
         return []
+    closer = best.judged < diagnosis.misfit_after
+    why = " (what it adds is too unsure, or too little, to be named)" if closer else ""
     return [
         f"{'next best':<10}{words.effect_set(best.effects)}: misfit {q.number(best.judged)} noise "
-        f"floors; with the named causes {q.number(diagnosis.misfit_after)}"
+        f"floors{why}; with the named causes {q.number(diagnosis.misfit_after)}"
     ]
 
 

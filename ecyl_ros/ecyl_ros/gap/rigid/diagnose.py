@@ -123,10 +123,13 @@ def _competed(
     lag_s = sampling_lag(motion, catalogue.along, balance.fitted)
     balance = Balance(motion, catalogue.nominal(), model, blur, lag_s)
     if int(balance.usable.sum()) < 8 * _TOO_LITTLE:
+        remedy = "fewer gaps, or a higher judge.bandwidth where noise of the position allows it"
+        if motion.refreshed_s:
+            remedy = f"or an effort that is new more often than every {motion.refreshed_s:.3g} s"
         raise InputError(
             f"{source}: {int(balance.usable.sum())} samples can be compared at a bandwidth of "
             f"{motion.bandwidth_hz:.3g} Hz, expected at least {8 * _TOO_LITTLE}: more seconds, "
-            "fewer gaps, or a higher judge.bandwidth where noise of the position allows it"
+            f"{remedy}"
         )
     floor, floor_is = known or _floor(balance, catalogue, _broad(balance, catalogue))
     floor = min(floor, float(np.std(balance.effort[balance.usable])) or floor)

@@ -186,7 +186,7 @@ class Judgement:
         named = bool(causes) and helps and not (settled or at_floor)
         if named and any(self._unsure(one) for one in contest.order):
             causes = self._sure_ones(causes, before, surplus)
-            if not causes:
+            if not causes and best <= _CLOSE * self.floor:
                 reason = self._undecided(contest)
             contest, named = self.contest, bool(causes)
         if causes and not named and not settled:

@@ -37,6 +37,11 @@ def costs(motion: Motion, along: Along, mode: float | None) -> list[str]:
         )
     if not along.both_ways:
         notes.append("the output moves one way only: Coulomb friction and a constant load are one")
+    elif max(along.strokes) < 2:
+        notes.append(
+            "one stroke each way: what depends on position, speed, direction or time can hardly be "
+            "told apart; a recording with several strokes would tell"
+        )
     if machine.linear and machine.lead is None:
         notes.append("screw.lead is left out: what repeats over the stroke has a period in m")
     if mode is not None:

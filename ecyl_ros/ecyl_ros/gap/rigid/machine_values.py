@@ -66,15 +66,19 @@ def told_apart(
     shown: Sequence[Term],
     sheet: Collection[str],
     along: Along,
+    gain: bool,
 ) -> Measured:
     """A value with what tells it from another of its name in the same report.
 
     named: keys of the causes. shown: terms measured beside them. sheet: constants of the data sheet
-    that are fitted within their tolerances.
+    that are fitted within their tolerances. gain: whether efforts count by a gain that the sheet
+    has pulled.
     """
     constant = RIGID[term.effect].constant[not along.machine.linear]
     if constant and constant in sheet:  # the table of the sheet has it within its tolerance
         apart = ", from the recording alone, without the sheet"
+        if gain:
+            apart = ", not held by the sheet, by the gain that the sheet allows"
     elif named and term.key not in named and term.key not in ("inertia", "gain"):
         apart = ", not named as a cause"
     elif shown and term.key in named:  # as a cause it was fitted without them

@@ -64,7 +64,7 @@ def measured(
         if closest.known(one)
     }
     totals = (
-        told_apart(one, total, named, beside, sheet, along)
+        told_apart(one, total, named, beside, sheet, along, gain=scale.factor != 1.0)
         for one in fit.terms
         for span in spans[one.key]
         if (total := machine_value(one, span, along, keys)) is not None

@@ -41,6 +41,7 @@ from .band import (
 from .frozen import without_repeats
 from .grid import Taker, bridged, carried_on, eroded, even_grid, jumped, standing_effort, wide
 from .other_motion import unlike_position, unused_motion
+from .refreshed import new_rows
 
 _SETTLE = 1.0  # periods of the bandwidth's frequency left out at gaps
 _ENDS = 4.0  # the same at the ends, beyond which the low-passes have to guess how it moved
@@ -65,6 +66,8 @@ class Motion(Course):
             of the grid per compared sample.
         weight_hz: where noise of the acceleration overtakes all other; what is compared is weighed
             down beyond, so that what is left is white.
+        refreshed_s: how often the effort is new, where that is more seldom than it was logged; 0
+            else.
         notes: what was found lacking.
     """
 
@@ -79,6 +82,7 @@ class Motion(Course):
     bandwidth_hz: float
     step: int
     weight_hz: float = math.inf
+    refreshed_s: float = 0.0
     notes: tuple[str, ...] = ()
     _sos: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 6)))
     _smoothing: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 6)))
@@ -143,6 +147,9 @@ class Motion(Course):
         return made
 
 
+PLACES = {True: ("rod_position_m",), False: ("rotor_position_rad", "load_position_rad")}
+
+
 @lru_cache(maxsize=32)
 def _weight(cutoff_hz: float, rate_hz: float) -> NDArray[np.float64]:
     """The low-pass that compared efforts are weighed with; it is asked for at every column."""
@@ -166,7 +173,13 @@ def motion_of(
     Raises:
         InputError: no position or speed of the output, too few samples, or no sample of the mode.
     """
+    recording, refreshed_s = _at_new_efforts(recording, machine)
     grid, rate, notes = even_grid(recording, source, rate_hz)
+    if refreshed_s:
+        notes.append(
+            f"the effort is new only every {1e3 * refreshed_s:.3g} ms, and old in the rows "
+            "between: these are left out; log it as often as the position"
+        )
     recording, frozen = without_repeats(recording)
     if frozen:
         shown = ", ".join(f"{begin:.3f} to {end:.3f} s" for begin, end in frozen[:4])
@@ -299,10 +312,31 @@ def motion_of(
         standing=stood,
         bandwidth_hz=bandwidth,
         step=max(1, int(rate / (SAMPLES_PER_PERIOD * bandwidth))),
+        refreshed_s=refreshed_s,
         notes=tuple(notes),
         _sos=butter(ORDER, bandwidth, fs=rate, output="sos"),
         _smoothing=sos,
     )
+
+
+def _at_new_efforts(recording: Recording, machine: Machine) -> tuple[Recording, float]:
+    """The recording at the rows where its effort is new, and how often that is, s; 0: always."""
+    place = next((one for one in PLACES[machine.linear] if recording.has(one)), None)
+    kinds = [machine.actuation] if machine.actuation in EFFORTS else _by_default(machine.linear)
+    fields = (EFFORTS[kind][0] for kind in kinds if machine.actuation != "loop")
+    name = next((one for one in fields if recording.has(one)), None)
+    if place is None or name is None:
+        return recording, 0.0
+    rows = new_rows(recording.signal(name), recording.signal(place))
+    if rows is None:
+        return recording, 0.0
+    return recording.at(rows), float(np.median(np.diff(recording.time_s[rows])))
+
+
+def _by_default(linear: bool) -> tuple[str, ...]:
+    """Kinds of effort, the first recorded of which counts where the file names none."""
+    kinds = ("torque", "current", "voltage", "force")
+    return ("force", "torque", "current", "voltage") if linear else kinds
 
 
 def settling(rate_hz: float, bandwidth_hz: float) -> int:
@@ -316,9 +350,7 @@ def _effort(take: Taker, machine: Machine, notes: list[str]) -> tuple[FloatArray
     if kind == "loop":
         return loop_effort(take, machine), own if machine.gain else "1", "effort"
     if kind is None:
-        order = ("force", "torque", "current", "voltage")
-        if not machine.linear:
-            order = ("torque", "current", "voltage", "force")
+        order = _by_default(machine.linear)
         found = [one for one in order if np.isfinite(take(EFFORTS[one][0])).any()]
         if not found:
             return np.full_like(take("mode"), np.nan), own, "effort"
