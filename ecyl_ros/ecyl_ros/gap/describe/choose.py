@@ -286,8 +286,9 @@ class Balance:
 def balances_of(
     found: Mapping[str, Missing], motion: Motion, fitted: BoolArray
 ) -> dict[str, Balance]:
-    """The balances that laws are looked for in, by kind of port."""
+    """The balances that laws are looked for in, by kind of port; none without a fitted row."""
     drive = motion.replay.drive
+    found = {name: one for name, one in found.items() if fitted[one.rows].any()}
     made: dict[str, Balance] = {}
     if TORQUE in found:
         torque = Balance([(found[TORQUE], 1.0)], motion, fitted)
