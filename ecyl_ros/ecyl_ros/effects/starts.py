@@ -24,11 +24,15 @@ def multiples(
 
 
 def delays(parameter: str) -> Callable[[Evidence], Sequence[Start]]:
-    """Starts in control ticks, the first so small that it still acts in proportion."""
+    """Starts in control ticks, the first so small that it still acts in proportion.
+
+    Whole ticks among them: between two, the current is sampled where it stands for the mean of a
+    tick less well, and a fit would have to climb to get from one to the next.
+    """
     return multiples(
         parameter,
         lambda evidence: 1.0 / evidence.drive.controller.rate,
-        (0.2, 1.5, 0.7, 2.2, 3.5, 6.0),
+        (0.2, 1.5, 1.0, 2.0, 3.5, 6.0),
     )
 
 

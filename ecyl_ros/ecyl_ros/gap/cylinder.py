@@ -40,6 +40,7 @@ from .judge.verdict import (
     settings_alone,
     shrink_of,
     standing,
+    undecided,
     verdict_of,
 )
 from .limits.cylinder import limits_of
@@ -190,9 +191,10 @@ def assembled(found: Judged, source: str, drive_name: str) -> tuple[Diagnosis, F
     helps = (in_all(alone) - in_all(winner)) >= HELPS * (in_all(alone) - white)
     # A few impacts that noise has moved may stand for most of the RMS, and hide what is gone.
     helps = helps or (place.left <= AT_FLOOR and gone(fitter, winner) >= EXCUSED)
+    reason = undecided(causes) if helps and not named else ""
     named = named and helps
     if not named:
-        notes += _too_unlike(causes, winner)
+        notes += [] if reason else _too_unlike(causes, winner)
         noise, floor = np.ones(len(replay.signals)), white
         surplus = max(before - floor, 1e-12)
     elif floor > white:
@@ -212,9 +214,10 @@ def assembled(found: Judged, source: str, drive_name: str) -> tuple[Diagnosis, F
         named=named,
         shrink=shrink,
         left=misfit(winner.left) / perfect,
+        undecided=bool(reason),
     )
     block: str | None = None
-    if verdict == "unexplained":
+    if verdict in ("unexplained", "not_judgeable"):
         block = unnamed_block(competition, ports, as_found)
     elif named and not (no_gap or within_sheet):
         block = causes[0].block
@@ -252,6 +255,7 @@ def assembled(found: Judged, source: str, drive_name: str) -> tuple[Diagnosis, F
         rate_hz=replay.recording.rate_hz,
         sheet=sheet,
         within_sheet=in_all(alone),
+        reason=reason if verdict == "not_judgeable" else "",
     )
     return diagnosis, final
 

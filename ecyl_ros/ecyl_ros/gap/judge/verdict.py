@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -94,6 +94,19 @@ def named_cause(
         shrink_alone_lost=min(1.0, lost),
         alternatives=others,
         excitation=needed,
+    )
+
+
+def undecided(causes: Sequence[Cause]) -> str:
+    """Which causes look alike, where that alone keeps them from being named; empty else."""
+    alike = [one for one in causes if one.alternatives]
+    if not alike or min(one.confidence * (1 + len(one.alternatives)) for one in causes) < NAMED:
+        return ""
+    names = [alike[0].effect, *alike[0].alternatives]
+    listed = " and ".join(one.replace("_", " ") for one in names)
+    return (
+        f"{listed} look alike in this recording; one with another motion ({alike[0].excitation}) "
+        "would tell them, and `ecyl plan --from` finds it"
     )
 
 
