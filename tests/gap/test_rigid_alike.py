@@ -50,3 +50,16 @@ def test_a_disturbance_that_shakes_the_machine_is_named() -> None:
     found = {one.name: one.value for one in result.causes[0].parameters}
     assert found["frequency_hz"] == pytest.approx(8.7, rel=1e-3)
     assert found["amplitude_n"] == pytest.approx(size, rel=0.05)
+
+
+@pytest.mark.parametrize(("actuation", "gain"), [("force", None), ("current", 8.0)])
+def test_a_load_may_be_an_offset_of_a_current_that_is_read(actuation: str, gain) -> None:
+    """12 N throughout: by a current its sensor's offset is as good; a force has none."""
+    machine = dataclasses.replace(LINEAR, actuation=actuation, gain=gain)
+    m = motion(0.1)
+    effort = (20.0 * m.a + 12.0) / (gain or 1.0)
+    result = diagnose(recorded(m, effort, machine, 0.3 / (gain or 1.0), 1e-6), machine)
+    (cause,) = result.causes
+    assert cause.effect == "constant_load"
+    assert ("current_sensor_offset" in cause.alternatives) is (actuation == "current")
+    assert (cause.confidence > 0.9) is (actuation == "force")

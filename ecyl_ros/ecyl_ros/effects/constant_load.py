@@ -50,7 +50,7 @@ def term(along: Along) -> Term:
     units = along.units
     rubs = () if along.both_ways else (f"{along.side}_coulomb_friction",)
     # Where a current is measured at all: a loop has one inside.
-    read = along.machine.actuation == "loop" or units.effort == "A"
+    read = along.machine.actuation in ("current", "loop") or units.effort == "A"
     return Term(
         effect="constant_load",
         key="constant",
