@@ -16,7 +16,6 @@ from ..judge.verdict import RARER
 from .balance import Balance, beside
 from .contest import Contest
 from .expected import before, log_odds
-from .rest import moving
 from .solution import Solution
 
 _CERTAIN = 0.97  # the most that a cause found by effort is believed
@@ -108,12 +107,8 @@ class Certainty:
         A second unknown of that size would turn one candidate into another, however many samples
         there are.
         """
-        winner = self.contest.winner
-        best = max(winner.priced(self.judged), 1e-300)
-        # On the fitted stretches, too: a fit can but leave less there, unless more is there.
-        rows = moving(self.balance.usable, self.balance.motion, self._along)
-        most = max(best, winner.priced(rows))
-        structure = math.sqrt(max(most**2 - self.floor**2, 0.0))
+        best = max(self.contest.winner.priced(self.judged), 1e-300)
+        structure = math.sqrt(max(best**2 - self.floor**2, 0.0))
         return structure, math.hypot(structure, _ALIKE * min(best, self.floor))
 
     def _behind(self, other: Solution) -> float:
