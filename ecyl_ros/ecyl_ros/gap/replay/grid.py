@@ -14,6 +14,7 @@ from ...recording.signals import Recording
 
 FloatArray = NDArray[np.float64]
 _ON_GRID = 0.01  # of a sample: stamps nearer than that to the grid are on it
+_ROUNDED_S = 1e-9  # by which stamps are off their ticks that count in ns
 _FINE_HZ = 1000.0  # of the grid where they are not
 
 
@@ -84,7 +85,10 @@ class Grid:
         position = recording.reference_position_m
         velocity = recording.reference_velocity_m_per_s
         known = np.isfinite(position)
-        time = (self.time_s if self.rows is None else self.rows * self.step_s)[known]
+        time = self.time_s[known]
+        if self.rows is not None:
+            ticks: FloatArray = self.rows[known] * self.step_s
+            time = ticks if float(np.max(np.abs(ticks - time))) > _ROUNDED_S else time
         if np.isfinite(velocity[known]).all():
             spline = CubicHermiteSpline(time, position[known], velocity[known])
         else:
