@@ -85,9 +85,9 @@ class Grid:
         position = recording.reference_position_m
         velocity = recording.reference_velocity_m_per_s
         known = np.isfinite(position)
-        time = self.time_s[known]
+        time: FloatArray = self.time_s[known]
         if self.rows is not None:
-            ticks: FloatArray = self.rows[known] * self.step_s
+            ticks: FloatArray = np.multiply(self.rows[known], self.step_s, dtype=np.float64)
             time = ticks if float(np.max(np.abs(ticks - time))) > _ROUNDED_S else time
         if np.isfinite(velocity[known]).all():
             spline = CubicHermiteSpline(time, position[known], velocity[known])
