@@ -137,8 +137,12 @@ class Fitter:
         What that noise does round the loop may then be less, down to none of it.
         """
         told = any(one.name == "voltage_q" for one in self.replay.signals)
-        amplified = self.perfect > _AMPLIFIED * _WHITE
-        return self.replay.noise_in_loop and amplified and not told
+        return self.replay.noise_in_loop and self.amplified and not told
+
+    @property
+    def amplified(self) -> bool:
+        """Whether the loop makes clearly more of the sensors' noise: flanks rattle."""
+        return self.perfect > _AMPLIFIED * _WHITE
 
     @cached_property
     def nominal(self) -> Fit:

@@ -15,6 +15,7 @@ from .fit import Fit, Fitter
 
 NEAR_FLOOR = 1.3  # times a perfect model's cost: no closer look needed
 _BRACKET = 0.8  # half width of a search along one parameter, in the fit's coordinates
+_TEETH = 49  # points of a comb: two and more in each of its valleys, an eighth of a size apart
 _NARROW = 0.03  # the same around what it found: the valley of a limit is a thousandth wide
 _SHAPES = (0.25, 0.5, 2.0, 4.0)  # times a shape parameter at the start of its fit
 _ENDS = (0.05, 0.95)  # of what runs from one form of an effect to another
@@ -33,17 +34,26 @@ def along(fitter: Fitter, start: Fit, one: Coordinate, *, closely: bool = True) 
     """
     best = start
 
-    def at(point: float) -> float:
-        nonlocal best
+    def made(point: float) -> Fit:
         values = {name: dict(given) for name, given in start.values.items()}
         values[one.effect][one.quantity.name] = one.outward(float(point))
-        found = fitter.evaluate(values, start.pulls)
+        return fitter.evaluate(values, start.pulls)
+
+    def at(point: float) -> float:
+        nonlocal best
+        found = made(point)
         if found.fitted < best.fitted:
             best = found
         return found.fitted
 
     middle = one.inward(start.values[one.effect][one.quantity.name])
     width = _BRACKET
+    if fitter.amplified:  # how flanks rattle makes a comb of valleys: into the deepest of all first
+        low, high = max(one.low, middle - width), min(one.high, middle + width)
+        comb = side_by_side(made, np.linspace(low, high, _TEETH).tolist())
+        best = min([best, *comb], key=lambda fit: fit.fitted)
+        middle = one.inward(best.values[one.effect][one.quantity.name])
+        width *= 2.0 / (_TEETH - 1)
     for _ in range(2):
         low, high = max(one.low, middle - width), min(one.high, middle + width)
         found = minimize_scalar(
