@@ -147,7 +147,13 @@ class Motion(Course):
         return made
 
 
+# By whether the output is straight: fields of its position, and kinds of effort, the first recorded
+# of which counts where the file names none.
 PLACES = {True: ("rod_position_m",), False: ("rotor_position_rad", "load_position_rad")}
+BY_DEFAULT = {
+    True: ("force", "torque", "current", "voltage"),
+    False: ("torque", "current", "voltage", "force"),
+}
 
 
 @lru_cache(maxsize=32)
@@ -188,9 +194,8 @@ def motion_of(
     notes += unused_motion(recording, machine)
     take = Taker(recording, grid, rate)
     linear = machine.linear
-    position = take("rod_position_m" if linear else "rotor_position_rad")
-    if not linear and not np.isfinite(position).any():
-        position = take("load_position_rad")
+    places = [take(one) for one in PLACES[linear]]
+    position = next((one for one in places if np.isfinite(one).any()), places[-1])
     recorded = take("rod_velocity_m_per_s" if linear else "rotor_velocity_rad_per_s")
     if not linear and not np.isfinite(recorded).any():
         recorded = take("load_velocity_rad_per_s")
@@ -321,22 +326,17 @@ def motion_of(
 
 def _at_new_efforts(recording: Recording, machine: Machine) -> tuple[Recording, float]:
     """The recording at the rows where its effort is new, and how often that is, s; 0: always."""
+    if machine.actuation == "loop":  # worked out at each sample
+        return recording, 0.0
     place = next((one for one in PLACES[machine.linear] if recording.has(one)), None)
-    kinds = [machine.actuation] if machine.actuation in EFFORTS else _by_default(machine.linear)
-    fields = (EFFORTS[kind][0] for kind in kinds if machine.actuation != "loop")
-    name = next((one for one in fields if recording.has(one)), None)
+    kinds = (machine.actuation,) if machine.actuation else BY_DEFAULT[machine.linear]
+    name = next((EFFORTS[one][0] for one in kinds if recording.has(EFFORTS[one][0])), None)
     if place is None or name is None:
         return recording, 0.0
     rows = new_rows(recording.signal(name), recording.signal(place))
     if rows is None:
         return recording, 0.0
     return recording.at(rows), float(np.median(np.diff(recording.time_s[rows])))
-
-
-def _by_default(linear: bool) -> tuple[str, ...]:
-    """Kinds of effort, the first recorded of which counts where the file names none."""
-    kinds = ("torque", "current", "voltage", "force")
-    return ("force", "torque", "current", "voltage") if linear else kinds
 
 
 def settling(rate_hz: float, bandwidth_hz: float) -> int:
@@ -350,8 +350,9 @@ def _effort(take: Taker, machine: Machine, notes: list[str]) -> tuple[FloatArray
     if kind == "loop":
         return loop_effort(take, machine), own if machine.gain else "1", "effort"
     if kind is None:
-        order = _by_default(machine.linear)
-        found = [one for one in order if np.isfinite(take(EFFORTS[one][0])).any()]
+        found = [
+            one for one in BY_DEFAULT[machine.linear] if np.isfinite(take(EFFORTS[one][0])).any()
+        ]
         if not found:
             return np.full_like(take("mode"), np.nan), own, "effort"
         kind = found[0]
