@@ -1,7 +1,8 @@
-"""Messages put together as bytes are what the middleware itself makes of their fields."""
+"""Messages put together as bytes are what a serialiser makes of their fields."""
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 from builtin_interfaces.msg import Time
 from geometry_msgs.msg import Vector3, Vector3Stamped
@@ -9,8 +10,10 @@ from rclpy.serialization import deserialize_message, serialize_message
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Header
 
+from ecyl_ros.nodes import ready_bytes
 from ecyl_ros.nodes.ready_bytes import Incoming, Outgoing
-from ecyl_ros.recording.cdr import CdrError
+from ecyl_ros.recording.cdr import CdrError, encode, layout_of
+from ecyl_ros.recording.topics import JOINT_STATE
 
 
 def _joints(names: tuple[str, ...], sec: int, start: float) -> JointState:
@@ -20,16 +23,35 @@ def _joints(names: tuple[str, ...], sec: int, start: float) -> JointState:
 
 
 @pytest.mark.parametrize("names", [("rod",), ("rotor", "rod"), ("rotor", "rod", "a longer one")])
-def test_packed_bytes_are_those_of_the_middleware(names: tuple[str, ...]) -> None:
-    """Whatever the joints' names do to the alignment, stamp and numbers stand where they belong."""
+def test_packed_bytes_are_the_messages(names: tuple[str, ...]) -> None:
+    """Whatever the joints' names do to the alignment, the bytes are those of rosbags' serialiser."""
     paths = [f"{name}.{field}" for field in ("position", "effort") for name in names]
     outgoing = Outgoing(_joints(names, 1, 0.0), *paths)
     wanted = _joints(names, 12, 5.0)
     numbers = [*wanted.position, *wanted.effort]
     packed = outgoing.pack(12_000_000_007, numbers)
-    assert packed == bytes(serialize_message(wanted))
+    fields = {path: np.array([number]) for path, number in zip(paths, numbers, strict=True)}
+    (expected,) = encode(JOINT_STATE, "base", names, np.array([12_000_000_007]), fields)
+    assert packed == expected
     assert deserialize_message(packed, JointState) == wanted
     assert Incoming(JointState, *paths).unpack(packed) == (12_000_000_007, numbers)
+
+
+def test_what_a_middleware_leaves_in_gaps_is_not_sent(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A serialiser that aligns with leftovers, before and behind, as Fast DDS does: same bytes."""
+    message = _joints(("rod",), 1, 0.0)
+    clean = Outgoing(message, "rod.position").pack(7, [2.5])
+    gaps = layout_of(JOINT_STATE, clean).padding
+    assert gaps
+
+    def careless(message: JointState) -> bytes:
+        data = bytearray(serialize_message(message))[: len(clean)]
+        for begin, end in gaps:
+            data[begin:end] = b"\xa5" * (end - begin)
+        return bytes(data) + b"\xa5" * 5
+
+    monkeypatch.setattr(ready_bytes, "serialize_message", careless)
+    assert Outgoing(message, "rod.position").pack(7, [2.5]) == clean
 
 
 def test_what_comes_in_may_change_its_layout_at_any_time() -> None:

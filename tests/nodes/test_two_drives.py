@@ -27,8 +27,8 @@ class Side:
         )
 
     def ready(self) -> bool:
-        """Whether it is heard and hears."""
-        return bool(self.rod) and self.setpoints.get_subscription_count() > 0
+        """Whether it is heard and hears, for long enough that its limits let it go a way."""
+        return len(self.rod) > 25 and self.setpoints.get_subscription_count() > 0
 
     def at(self, position: float) -> bool:
         """Whether its rod is there now."""

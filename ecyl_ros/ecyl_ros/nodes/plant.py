@@ -103,6 +103,7 @@ class Plant(DriveNode):
         self._previous_ns = -1
         self._epoch_ns: int | None = None
         self._started = 0.0
+        self._ended: float | None = None  # without the wait for those who lag behind
         self._commanded_ns = 0  # real time: stamp of the newest command
         self._watchdog_ns = watchdog_ns(self._rate)
         self._losses: deque[int] = deque(maxlen=LOSSES)  # ticks at which the voltage stayed away
@@ -353,6 +354,7 @@ class Plant(DriveNode):
 
     def _end_run(self) -> None:
         self.due_s = math.inf
+        self._ended = time.monotonic()
         if self._timer is not None:
             self._timer.cancel()
         for publisher in (self._measurement, self._telemetry, self._telemetry_current):
@@ -360,7 +362,8 @@ class Plant(DriveNode):
         self.finish(0, f"ran {self.option('duration'):g} s: {self._tick} ticks")
 
     def _figures(self, timing: dict) -> dict:
-        wall = time.monotonic() - self._started if self._started else 0.0
+        now = time.monotonic() if self._ended is None else self._ended
+        wall = now - self._started if self._started else 0.0
         return {
             "realtime": self.realtime,
             "ticks": self._tick,

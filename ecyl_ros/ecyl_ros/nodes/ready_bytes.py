@@ -16,7 +16,7 @@ from geometry_msgs.msg import Vector3Stamped
 from rclpy.serialization import serialize_message
 from sensor_msgs.msg import JointState
 
-from ..recording.cdr import CdrError, Layout, layout_of
+from ..recording.cdr import CdrError, Layout, layout_of, tidied
 from ..recording.topics import JOINT_STATE, VECTOR3_STAMPED
 from .wire import NANOSECONDS
 
@@ -41,6 +41,7 @@ class Outgoing:
         """message: what stays as it is. paths: the numbers to be written (see `TopicSpec`)."""
         data = bytes(serialize_message(message))
         layout = layout_of(_NAMES[type(message)], data)
+        data = tidied(data, layout)  # every middleware sends, and a recorder writes, the same
         places = [layout.values[path] for path in paths]
         # One struct of the whole message: stamp, constant bytes and numbers by turns.
         changing = sorted([(layout.stamp, "iI", 8), *((at, "d", _NUMBER) for at in places)])

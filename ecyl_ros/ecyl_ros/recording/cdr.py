@@ -131,6 +131,19 @@ def layout_of(message_type: str, data: bytes) -> Layout:
     return Layout(walker.order, stamp, values, joints, tuple(walker.gaps))
 
 
+def tidied(data: bytes, layout: Layout) -> bytes:
+    """The same message with zeros where bytes only align, and without those behind it.
+
+    So most middlewares serialise it; Fast DDS leaves both to chance.
+    """
+    clean = bytearray(data)
+    for begin, end in layout.padding:
+        clean[begin:end] = bytes(end - begin)
+    if layout.padding and layout.padding[-1][1] == len(data):
+        del clean[layout.padding[-1][0] :]
+    return bytes(clean)
+
+
 def decode(
     message_type: str, messages: Sequence[bytes], paths: Sequence[str]
 ) -> tuple[StampArray, dict[str, FloatArray], set[str]]:
