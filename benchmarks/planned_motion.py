@@ -14,6 +14,7 @@ import argparse
 import math
 import sys
 import time
+from collections.abc import Sequence
 
 import numpy as np
 from detection_limits import fitter_of, sheet_alone, true_pulls
@@ -108,13 +109,10 @@ def _measured(
         machine, stage.nuisances, drive, (shown[:, 0].copy(), shown[:, 1].copy())
     )
     fitter = fitter_of(recording, nominal)
-    right = _fitted(fitter, acting, stage)
     alone = sheet_alone(fitter, stage)
+    right = _fitted(fitter, acting, stage, alone)
     start = fitter.evaluate({other.effect: other.values}, alone.pulls)
-    wrong = min(
-        (_settled(fitter, one) for one in (search(fitter, start, alone), _near(fitter, start))),
-        key=lambda one: one.fitted,
-    )
+    wrong = _best_settled(fitter, [_searched(fitter, other, alone), _near(fitter, start)])
     # An effect that does worse than the sheet alone would not be taken for anything.
     left = min(_priced(fitter, wrong), _priced(fitter, alone))
     return math.sqrt(max(left - _priced(fitter, right), 0.0))
@@ -125,9 +123,18 @@ def _priced(fitter: Fitter, fit: Fit) -> float:
     return fitter.sheet.priced(cost(fit.gap, fitter.replay.usable), fit.pulls)
 
 
-def _fitted(fitter: Fitter, one: Hypothesis, stage: Stage) -> Fit:
+def _fitted(fitter: Fitter, one: Hypothesis, stage: Stage, alone: Fit) -> Fit:
+    """The effect that acts, from the truth and from the sheet alone: the better of both."""
     start = fitter.evaluate({one.effect: one.values}, true_pulls(fitter, stage))
-    return _settled(fitter, start)
+    return _best_settled(fitter, [start, _searched(fitter, one, alone)])
+
+
+def _searched(fitter: Fitter, one: Hypothesis, alone: Fit) -> Fit:
+    return search(fitter, fitter.evaluate({one.effect: one.values}, alone.pulls), alone)
+
+
+def _best_settled(fitter: Fitter, fits: Sequence[Fit]) -> Fit:
+    return min((_settled(fitter, one) for one in fits), key=lambda one: one.fitted)
 
 
 def _near(fitter: Fitter, start: Fit) -> Fit:
