@@ -11,25 +11,20 @@ measured is what the wrong one leaves above the right one, as the plan counts it
 from __future__ import annotations
 
 import argparse
-import math
 import sys
 import time
-from collections.abc import Sequence
 
 import numpy as np
-from detection_limits import fitter_of, sheet_alone, true_pulls
+from detection_limits import fitter_of, true_pulls
 
 from ecyl_ros.drive.drive_file import load_drive, resolve_drive
 from ecyl_ros.drive.parameters import DriveParameters
 from ecyl_ros.drive.reference.base import Reference
-from ecyl_ros.gap.fit.descent import search
-from ecyl_ros.gap.fit.fit import Fit, Fitter
-from ecyl_ros.gap.fit.robust import cost
-from ecyl_ros.gap.fit.stages import FINE, MEDIUM
 from ecyl_ros.gap.replay.replay import SIGNALS
 from ecyl_ros.gap.study.cylinder.cases import stated
 from ecyl_ros.gap.study.cylinder.machine import record_machine
 from ecyl_ros.gap.study.cylinder.stage import Setup, Stage
+from ecyl_ros.plan.fitted import separation
 from ecyl_ros.plan.hypotheses import Hypothesis
 from ecyl_ros.plan.make import make_plan
 
@@ -80,7 +75,9 @@ def main() -> int:
                 for acting, other in ((pair.first, pair.second), (pair.second, pair.first))
             )
             predicted = found[motion].apart[0]
-            ratios.append(measured / predicted)
+            # Where both say that a diagnosis cannot tell the two, they agree.
+            neither = max(measured, predicted) < plan.needed
+            ratios.append(1.0 if neither else measured / max(predicted, 1e-12))
             print(
                 f"    {motion:8s} predicted {predicted:.3f}, measured {measured:.3f}, ratio "
                 f"{ratios[-1]:.2f}",
@@ -109,40 +106,7 @@ def _measured(
         machine, stage.nuisances, drive, (shown[:, 0].copy(), shown[:, 1].copy())
     )
     fitter = fitter_of(recording, nominal)
-    alone = sheet_alone(fitter, stage)
-    right = _fitted(fitter, acting, stage, alone)
-    start = fitter.evaluate({other.effect: other.values}, alone.pulls)
-    wrong = _best_settled(fitter, [_searched(fitter, other, alone), _near(fitter, start)])
-    # An effect that does worse than the sheet alone would not be taken for anything.
-    left = min(_priced(fitter, wrong), _priced(fitter, alone))
-    return math.sqrt(max(left - _priced(fitter, right), 0.0))
-
-
-def _priced(fitter: Fitter, fit: Fit) -> float:
-    """Mean square on all rows, with the price of the sheet."""
-    return fitter.sheet.priced(cost(fit.gap, fitter.replay.usable), fit.pulls)
-
-
-def _fitted(fitter: Fitter, one: Hypothesis, stage: Stage, alone: Fit) -> Fit:
-    """The effect that acts, from the truth and from the sheet alone: the better of both."""
-    start = fitter.evaluate({one.effect: one.values}, true_pulls(fitter, stage))
-    return _best_settled(fitter, [start, _searched(fitter, one, alone)])
-
-
-def _searched(fitter: Fitter, one: Hypothesis, alone: Fit) -> Fit:
-    return search(fitter, fitter.evaluate({one.effect: one.values}, alone.pulls), alone)
-
-
-def _best_settled(fitter: Fitter, fits: Sequence[Fit]) -> Fit:
-    return min((_settled(fitter, one) for one in fits), key=lambda one: one.fitted)
-
-
-def _near(fitter: Fitter, start: Fit) -> Fit:
-    return fitter.fit(start, steps=6, stage=MEDIUM)
-
-
-def _settled(fitter: Fitter, start: Fit) -> Fit:
-    return fitter.fit(fitter.fit(start, steps=6, stage=MEDIUM), steps=6, stage=FINE)
+    return separation(fitter, acting, other, true_pulls(fitter, stage))
 
 
 if __name__ == "__main__":

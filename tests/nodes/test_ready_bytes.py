@@ -24,7 +24,7 @@ def _joints(names: tuple[str, ...], sec: int, start: float) -> JointState:
 
 @pytest.mark.parametrize("names", [("rod",), ("rotor", "rod"), ("rotor", "rod", "a longer one")])
 def test_packed_bytes_are_the_messages(names: tuple[str, ...]) -> None:
-    """Whatever the joints' names do to the alignment, the bytes are those of rosbags' serialiser."""
+    """Whatever the joints' names do to the alignment, the bytes are those of rosbags."""
     paths = [f"{name}.{field}" for field in ("position", "effort") for name in names]
     outgoing = Outgoing(_joints(names, 1, 0.0), *paths)
     wanted = _joints(names, 12, 5.0)

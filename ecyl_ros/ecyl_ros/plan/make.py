@@ -15,6 +15,7 @@ from ..errors import InputError
 from ..gap.limits.columns import Base
 from ..gap.limits.limit import Limit
 from ..gap.limits.pairs import needed
+from .fitted import fitted_separations
 from .healthy import Healthy
 from .hypotheses import TIMES, Hypothesis, Pair, given, probe_of, sized
 from .others import MOVES, moves, usual
@@ -22,6 +23,7 @@ from .predict import Experiment, apart_from_sheet, predicted, separations, visib
 from .search import planned, worth
 
 BUDGET_S = 35.0  # for the search; predictions of what is compared come on top
+_FITTED_S = 5.0  # that fits of one pair on every motion take, off the search where pairs are many
 PLANNED = "planned"
 
 
@@ -30,7 +32,7 @@ class Prediction:
     """What one motion would show.
 
     Attributes:
-        motion: its name. reference: itself. apart: of each pair, the smaller of both ways, floors.
+        motion: its name. reference: itself. apart: of each pair, see `fitted_separations`.
         alone: of each effect asked for by itself, from the sheet. limits: smallest visible sizes.
     """
 
@@ -111,7 +113,8 @@ def make_plan(
     Raises:
         InputError: limits that leave no motion, an effect without a size.
     """
-    deadline = time.monotonic() + budget_s
+    fits_s = _FITTED_S * max(len(pairs) - 1, 0)
+    deadline = time.monotonic() + max(budget_s - fits_s, budget_s / 3.0)
     experiment = Experiment(drive, duration_s, signals)
     names = list(dict.fromkeys([*(one for pair in pairs for one in pair), *alone]))
     sizes = _sized(experiment, names, known)
@@ -125,10 +128,11 @@ def make_plan(
     found: dict[str, tuple[Prediction, Base]] = {}
     for number, (name, reference) in enumerate(motions.items()):
         base = predicted(experiment, reference, duration_s)
+        straight = separations(base, both)
         prediction = Prediction(
             name,
             reference,
-            tuple(min(one) for one in separations(base, both)),
+            tuple(fitted_separations(experiment, reference, duration_s, both, straight)),
             tuple(apart_from_sheet(base, one) for one in singles),
             tuple(visible(base, shown)),
         )

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -48,15 +49,16 @@ def check_noise(drive: DriveParameters, signals: Collection[str], source: str) -
         )
 
 
-def predicted(
-    experiment: Experiment, reference: Reference, duration_s: float, rows: int | None = None
-) -> Base:
-    """The recording of a motion on the healthy drive, and what its sheet can do about it.
-
-    rows: of each signal that are looked at.
-    """
+def fitter_of_motion(
+    experiment: Experiment,
+    reference: Reference,
+    duration_s: float,
+    acting: Mapping[str, Mapping[str, float]] = MappingProxyType({}),
+) -> Fitter:
+    """What a motion records on the drive with the effects `acting`, to be fitted by its file."""
     drive = experiment.drive
-    recording = healthy_run(drive, reference, duration_s)
+    machine = dataclasses.replace(drive, effects={**drive.effects, **acting})
+    recording = healthy_run(machine, reference, duration_s)
     gone: dict[str, Any] = {
         one.recorded: np.full(len(recording), np.nan)
         for one in SIGNALS
@@ -64,7 +66,17 @@ def predicted(
     }
     recording = dataclasses.replace(recording, **gone)
     replay = Replay(recording, drive, "the planned motion")
-    fitter = Fitter(replay, held_out(replay.time_s))
+    return Fitter(replay, held_out(replay.time_s))
+
+
+def predicted(
+    experiment: Experiment, reference: Reference, duration_s: float, rows: int | None = None
+) -> Base:
+    """The recording of a motion on the healthy drive, and what its sheet can do about it.
+
+    rows: of each signal that are looked at.
+    """
+    fitter = fitter_of_motion(experiment, reference, duration_s)
     return Base.of(fitter, fitter.nominal, rows)
 
 

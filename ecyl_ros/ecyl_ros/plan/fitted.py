@@ -1,0 +1,90 @@
+"""How far two effects stand apart once each is fitted: what a diagnosis of a motion will see.
+
+A search looks along straight lines (`predict.separations`), which is cheap. What bends (flanks that
+meet elsewhere, a delay that ends between two ticks) the other effect and the sheet take over more
+of than lines say, most of all where a search has found the lines to be far apart.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from ..drive.reference.base import Reference
+from ..gap.fit.descent import search
+from ..gap.fit.fit import Fit, Fitter
+from ..gap.fit.robust import cost
+from ..gap.fit.stages import FINE, MEDIUM
+from ..gap.replay.replay import FloatArray
+from ..gap.side_by_side import side_by_side
+from .hypotheses import Hypothesis, Pair
+from .predict import Experiment, fitter_of_motion
+
+_STEPS = 6  # of each stage: a fit from the truth, or from where a search has led, is near its end
+
+
+def fitted_separations(
+    experiment: Experiment,
+    reference: Reference,
+    duration_s: float,
+    pairs: Sequence[Pair],
+    straight: Sequence[tuple[float, float]],
+) -> list[float]:
+    """Of each pair, in noise floors: what one leaves where the other acts, the smaller of the two.
+
+    straight: both along straight lines, which say which of the two that is.
+    """
+
+    def apart(way: tuple[Hypothesis, Hypothesis]) -> float:
+        acting, other = way
+        faulty = {acting.effect: dict(acting.values)}
+        fitter = fitter_of_motion(experiment, reference, duration_s, faulty)
+        return _above(fitter, _begun(fitter, acting, fitter.nominal.pulls), other, fitter.nominal)
+
+    ways = [
+        (one.first, one.second) if there <= back else (one.second, one.first)
+        for one, (there, back) in zip(pairs, straight, strict=True)
+    ]
+    return side_by_side(apart, ways)
+
+
+def separation(fitter: Fitter, acting: Hypothesis, other: Hypothesis, pulls: FloatArray) -> float:
+    """What the other effect leaves above the one that acts, each fitted beside the sheet.
+
+    pulls: where the constants of the machine lie on the sheet.
+    """
+    alone = fitter.evaluate({}, pulls)
+    true = _begun(fitter, acting, pulls)
+    right = _best(fitter, [true, _searched(fitter, acting, _settled(fitter, alone))])
+    return _above(fitter, right, other, alone)
+
+
+def _above(fitter: Fitter, right: Fit, other: Hypothesis, start: Fit) -> float:
+    """What the other effect leaves above a fit of the one that acts, from a start of the sheet."""
+    alone = _settled(fitter, start)
+    wrong = _best(fitter, [_searched(fitter, other, alone), _begun(fitter, other, alone.pulls)])
+    # An effect that does worse than the sheet alone would not be taken for anything.
+    left = min(_priced(fitter, wrong), _priced(fitter, alone))
+    return math.sqrt(max(left - _priced(fitter, right), 0.0))
+
+
+def _begun(fitter: Fitter, one: Hypothesis, pulls: FloatArray) -> Fit:
+    return fitter.evaluate({one.effect: one.values}, pulls)
+
+
+def _searched(fitter: Fitter, one: Hypothesis, alone: Fit) -> Fit:
+    return search(fitter, _begun(fitter, one, alone.pulls), alone)
+
+
+def _settled(fitter: Fitter, start: Fit) -> Fit:
+    near = fitter.fit(start, steps=_STEPS, stage=MEDIUM)
+    return fitter.fit(near, steps=_STEPS, stage=FINE)
+
+
+def _best(fitter: Fitter, starts: Sequence[Fit]) -> Fit:
+    return min((_settled(fitter, one) for one in starts), key=lambda one: one.fitted)
+
+
+def _priced(fitter: Fitter, fit: Fit) -> float:
+    """Robust mean square on all rows, with the price of the sheet."""
+    return fitter.sheet.priced(cost(fit.gap, fitter.replay.usable), fit.pulls)
