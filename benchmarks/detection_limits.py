@@ -21,8 +21,8 @@ import numpy as np
 from ecyl_ros.drive.drive_file import load_drive, resolve_drive
 from ecyl_ros.drive.parameters import DriveParameters
 from ecyl_ros.gap.compete.earn import at_noise
+from ecyl_ros.gap.fit.descent import settle
 from ecyl_ros.gap.fit.fit import Fit, Fitter
-from ecyl_ros.gap.fit.stages import FINE, MEDIUM
 from ecyl_ros.gap.judge.verdict import at_floor
 from ecyl_ros.gap.limits.cylinder import least_visible, seen_by
 from ecyl_ros.gap.limits.seen import Seen
@@ -110,10 +110,7 @@ def true_pulls(fitter: Fitter, stage: Stage) -> np.ndarray:
 
 def sheet_alone(fitter: Fitter, stage: Stage) -> Fit:
     """The sheet fitted, from where the machine truly lies: it leaves no more than from afar."""
-    best = fitter.evaluate({}, true_pulls(fitter, stage))
-    for look in (MEDIUM, FINE):
-        best = fitter.fit(best, steps=6, stage=look)
-    return best
+    return settle(fitter, fitter.evaluate({}, true_pulls(fitter, stage)))
 
 
 def _smallest(recording: Recording, drive: DriveParameters, name: str, stage: Stage) -> Seen | None:

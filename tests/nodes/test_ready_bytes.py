@@ -12,7 +12,7 @@ from std_msgs.msg import Header
 
 from ecyl_ros.nodes import ready_bytes
 from ecyl_ros.nodes.ready_bytes import Incoming, Outgoing
-from ecyl_ros.recording.cdr import CdrError, encode, layout_of
+from ecyl_ros.recording.cdr import CdrError, encode, layout_of, tidied
 from ecyl_ros.recording.topics import JOINT_STATE
 
 
@@ -33,6 +33,8 @@ def test_packed_bytes_are_the_messages(names: tuple[str, ...]) -> None:
     fields = {path: np.array([number]) for path, number in zip(paths, numbers, strict=True)}
     (expected,) = encode(JOINT_STATE, "base", names, np.array([12_000_000_007]), fields)
     assert packed == expected
+    by_middleware = bytes(serialize_message(wanted))
+    assert packed == tidied(by_middleware, layout_of(JOINT_STATE, by_middleware))
     assert deserialize_message(packed, JointState) == wanted
     assert Incoming(JointState, *paths).unpack(packed) == (12_000_000_007, numbers)
 

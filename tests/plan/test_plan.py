@@ -20,17 +20,25 @@ from ecyl_ros.plan.blocks import library
 from ecyl_ros.plan.hypotheses import read_open
 from ecyl_ros.plan.make import make_plan
 from ecyl_ros.plan.others import moves
+from ecyl_ros.plan.predict import Experiment, predicted, separations
 from ecyl_ros.plan.trajectory import as_yaml
 
 PAIR = ("rotor_coulomb_friction", "load_coulomb_friction")
 
 
 def test_a_planned_motion_separates_what_a_sine_does_not() -> None:
-    """Friction on either side: half as far again apart as by sine and moves, within limits."""
+    """Friction on either side: at least twice the separation of sine and moves along straight
+    lines, by fits half as much again; within limits."""
     drive = dataclasses.replace(load_drive("bench"), tolerances={"all": "exact"})
     signals = tuple(one.name for one in SIGNALS)
     plan = make_plan(drive, 2.0, [PAIR], [], {}, signals, [], budget_s=0.0)
     apart = {one.motion: one.apart[0] for one in plan.predictions}
+    experiment = Experiment(drive, 2.0, signals)
+    straight = {
+        one.motion: min(separations(predicted(experiment, one.reference, 2.0), plan.pairs)[0])
+        for one in plan.predictions
+    }
+    assert straight["planned"] > 2.0 * max(straight["sine"], straight["moves"])
     assert apart["planned"] > 1.5 * max(apart["sine"], apart["moves"])
     assert apart["planned"] > plan.needed
     plan.motion.check(drive.limits, "plan")

@@ -11,16 +11,13 @@ import math
 from collections.abc import Sequence
 
 from ..drive.reference.base import Reference
-from ..gap.fit.descent import search
+from ..gap.fit.descent import search, settle
 from ..gap.fit.fit import Fit, Fitter
 from ..gap.fit.robust import cost
-from ..gap.fit.stages import FINE, MEDIUM
 from ..gap.replay.replay import FloatArray
 from ..gap.side_by_side import side_by_side
 from .hypotheses import Hypothesis, Pair
 from .predict import Experiment, fitter_of_motion
-
-_STEPS = 6  # of each stage: a fit from the truth, or from where a search has led, is near its end
 
 
 def fitted_separations(
@@ -39,7 +36,8 @@ def fitted_separations(
         acting, other = way
         faulty = {acting.effect: dict(acting.values)}
         fitter = fitter_of_motion(experiment, reference, duration_s, faulty)
-        return _above(fitter, _begun(fitter, acting, fitter.nominal.pulls), other, fitter.nominal)
+        right = _begun(fitter, acting, fitter.nominal.pulls)
+        return _above(fitter, right, other, settle(fitter, fitter.nominal))
 
     ways = [
         (one.first, one.second) if there <= back else (one.second, one.first)
@@ -53,15 +51,14 @@ def separation(fitter: Fitter, acting: Hypothesis, other: Hypothesis, pulls: Flo
 
     pulls: where the constants of the machine lie on the sheet.
     """
-    alone = fitter.evaluate({}, pulls)
-    true = _begun(fitter, acting, pulls)
-    right = _best(fitter, [true, _searched(fitter, acting, _settled(fitter, alone))])
+    alone = settle(fitter, fitter.evaluate({}, pulls))
+    starts = [_begun(fitter, acting, pulls), _searched(fitter, acting, alone)]
+    right = _best(fitter, starts)
     return _above(fitter, right, other, alone)
 
 
-def _above(fitter: Fitter, right: Fit, other: Hypothesis, start: Fit) -> float:
-    """What the other effect leaves above a fit of the one that acts, from a start of the sheet."""
-    alone = _settled(fitter, start)
+def _above(fitter: Fitter, right: Fit, other: Hypothesis, alone: Fit) -> float:
+    """What the other effect leaves above a fit of the one that acts; alone: the sheet's fit."""
     wrong = _best(fitter, [_searched(fitter, other, alone), _begun(fitter, other, alone.pulls)])
     # An effect that does worse than the sheet alone would not be taken for anything.
     left = min(_priced(fitter, wrong), _priced(fitter, alone))
@@ -76,13 +73,8 @@ def _searched(fitter: Fitter, one: Hypothesis, alone: Fit) -> Fit:
     return search(fitter, _begun(fitter, one, alone.pulls), alone)
 
 
-def _settled(fitter: Fitter, start: Fit) -> Fit:
-    near = fitter.fit(start, steps=_STEPS, stage=MEDIUM)
-    return fitter.fit(near, steps=_STEPS, stage=FINE)
-
-
 def _best(fitter: Fitter, starts: Sequence[Fit]) -> Fit:
-    return min((_settled(fitter, one) for one in starts), key=lambda one: one.fitted)
+    return min((settle(fitter, one) for one in starts), key=lambda one: one.fitted)
 
 
 def _priced(fitter: Fitter, fit: Fit) -> float:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
-from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -53,7 +52,7 @@ def fitter_of_motion(
     experiment: Experiment,
     reference: Reference,
     duration_s: float,
-    acting: Mapping[str, Mapping[str, float]] = MappingProxyType({}),
+    acting: Mapping[str, Mapping[str, float]],
 ) -> Fitter:
     """What a motion records on the drive with the effects `acting`, to be fitted by its file."""
     drive = experiment.drive
@@ -76,7 +75,7 @@ def predicted(
 
     rows: of each signal that are looked at.
     """
-    fitter = fitter_of_motion(experiment, reference, duration_s)
+    fitter = fitter_of_motion(experiment, reference, duration_s, {})
     return Base.of(fitter, fitter.nominal, rows)
 
 

@@ -14,6 +14,7 @@ _ON_THE_WAY = 2.0  # fall of the objective below which a stage that leads on to 
 _SWEEPS = 2  # along size and phase of a periodic effect
 _GLIMPSE = 2  # steps of a short look
 _ALONE = 2  # times the derivatives of a fit that has no constants beside it: they cost less
+_SETTLING = 6  # steps at the most in each stage of a fit that is near its end
 _AFRESH = 8  # steps at the most in each stage of a fit from the sheet as it is
 _PRICE_MATTERS = 3.0  # times a perfect model's cost
 
@@ -76,6 +77,12 @@ def close_in(fitter: Fitter, near: Fit, known: Fit) -> Fit:
 def search(fitter: Fitter, start: Fit, known: Fit) -> Fit:
     """Fit from afar: `approach`, then `close_in`."""
     return close_in(fitter, approach(fitter, start, known), known)
+
+
+def settle(fitter: Fitter, start: Fit) -> Fit:
+    """Fit on from near the end: from the truth, or from where a search has led."""
+    near = fitter.fit(start, steps=_SETTLING, stage=MEDIUM)
+    return fitter.fit(near, steps=_SETTLING, stage=FINE)
 
 
 def glimpse(fitter: Fitter, start: Fit, known: Fit) -> Fit:
