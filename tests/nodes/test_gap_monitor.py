@@ -208,8 +208,12 @@ def test_it_outlives_the_drive_it_watches(tmp_path: Path) -> None:
         assert until(lambda: any(one.level == DiagnosticStatus.STALE for one in heard))
         for run in (1, 2):
             timed = "duration:=1.5"
-            others = [node("controller"), node("reference", timed, f'reference:="{SINE}"')]
-            plant = node("plant", timed)
+            heard_by = "recorder:=gap_monitor"  # they begin when the monitor hears them
+            others = [
+                node("controller", heard_by),
+                node("reference", timed, heard_by, f'reference:="{SINE}"'),
+            ]
+            plant = node("plant", timed, heard_by)
             others.append(plant)
             heard.clear()
             assert until(lambda plant=plant: plant.poll() is not None), "the plant has not ended"

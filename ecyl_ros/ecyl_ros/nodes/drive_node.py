@@ -30,7 +30,7 @@ REPORT_PERIOD_S = 1.0
 # Parameters every node has beside the drive's: name -> (default, meaning).
 COMMON_PARAMETERS: dict[str, tuple[Any, str]] = {
     "realtime": (False, "pace by the wall clock; otherwise in lockstep with the controller"),
-    "recorder": ("", "name of a recorder node that must be there before a run begins"),
+    "recorder": ("", "name of a listening node that must be there before a run begins"),
     "processors": ("", "numbers of those to run on, such as 1 or 0,2; empty: any"),
     "partner_timeout": (60.0, "s a node waits for a silent partner before it ends; 0: for ever"),
 }
