@@ -102,12 +102,20 @@ def undecided(causes: Sequence[Cause]) -> str:
     alike = [one for one in causes if one.alternatives]
     if not alike or min(one.confidence * (1 + len(one.alternatives)) for one in causes) < NAMED:
         return ""
-    names = [alike[0].effect, *alike[0].alternatives]
-    listed = " and ".join(one.replace("_", " ") for one in names)
-    return (
-        f"{listed} look alike in this recording; one with another motion ({alike[0].excitation}) "
-        "would tell them, and `ecyl plan --from` finds it"
+    told = told_by(
+        (alike[0].effect, *alike[0].alternatives), f"another motion ({alike[0].excitation})"
     )
+    return f"{told}, and `ecyl plan --from` finds it"
+
+
+def told_by(alike: Sequence[str], motion: str) -> str:
+    """That these effects look alike, and the motion of a recording that would tell them."""
+    return f"{in_words(alike)} look alike in this recording; one with {motion} would tell them"
+
+
+def in_words(effects: Sequence[str]) -> str:
+    """Effects as a sentence lists them."""
+    return " and ".join(one.replace("_", " ") for one in effects)
 
 
 def ranked(pool: Iterable[Candidate]) -> tuple[Candidate, ...]:

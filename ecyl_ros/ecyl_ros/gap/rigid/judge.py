@@ -19,8 +19,10 @@ from ..judge.verdict import (
     NAMED,
     NO_GAP_RATIO,
     STRUCTURELESS,
+    in_words,
     named_cause,
     shrink_of,
+    told_by,
     verdict_of,
 )
 from .balance import UNMODELLED
@@ -257,17 +259,16 @@ class Judgement:
         if not told:
             return ""
         first = told[0]
-        names = " and ".join(
-            one.replace("_", " ") for one in (first.effect, *self._alike[first.key])
-        )
+        names = (first.effect, *self._alike[first.key])
         if not any(one in RIGID for one in self._alike[first.key]):
             return (
-                f"{names} look alike in any motion of a rigid drive; what is known beforehand of "
-                "one of them, in the drive file, would tell them"
+                f"{in_words(names)} look alike in any motion of a rigid drive; what is known "
+                "beforehand of one of them, in the drive file, would tell them"
             )
-        return (
-            f"{names} look alike in this recording; one with motion both ways, at several speeds "
-            f"and over more travel ({EFFECTS[first.effect].excitation}) would tell them"
+        return told_by(
+            names,
+            "motion both ways, at several speeds and over more travel "
+            f"({EFFECTS[first.effect].excitation})",
         )
 
     def _causes(self, before: float, surplus: float) -> list[Cause]:

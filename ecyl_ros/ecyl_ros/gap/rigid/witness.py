@@ -12,7 +12,7 @@ from collections.abc import Sequence
 
 from ...drive.rigid.model import Model
 from ...effects.term import Term
-from ..judge.verdict import STRUCTURELESS
+from ..judge.verdict import STRUCTURELESS, in_words
 from .judge import Ruling
 from .replay import Replay
 
@@ -61,7 +61,7 @@ def refuted(ruling: Ruling, played: Replay, *, silent: bool) -> tuple[Ruling, st
     if not off:
         return ruling, ""
     titles = ", ".join(dict.fromkeys(one.title for one in ruling.causes))
-    names = " and ".join(one.name.replace("_", " ") for one in off)
+    names = in_words([one.name for one in off])
     return _without_causes(ruling), (
         f"closest in the catalogue, but in the replay with it the {names} is more than "
         f"{_FAR:g} times as far off as without: {titles}"
@@ -81,6 +81,6 @@ def heard(ruling: Ruling, played: Replay, *, over_time: bool) -> tuple[Ruling, s
     worse = [one for one in played.signals if one.after > max(one.gap, STRUCTURELESS * one.floor)]
     if not worse:
         return ruling, ""
-    names = " and ".join(one.name.replace("_", " ") for one in worse)
+    names = in_words([one.name for one in worse])
     note = f"in the replay with the named causes the {names} is further off than without them"
     return dataclasses.replace(ruling, verdict="partly_explained"), note
