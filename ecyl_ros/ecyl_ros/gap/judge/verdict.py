@@ -113,9 +113,9 @@ def told_by(alike: Sequence[str], motion: str) -> str:
     return f"{in_words(alike)} look alike in this recording; one with {motion} would tell them"
 
 
-def in_words(effects: Sequence[str]) -> str:
-    """Effects as a sentence lists them."""
-    return " and ".join(one.replace("_", " ") for one in effects)
+def in_words(names: Sequence[str]) -> str:
+    """Names of effects or signals as a sentence lists them."""
+    return " and ".join(one.replace("_", " ") for one in names)
 
 
 def ranked(pool: Iterable[Candidate]) -> tuple[Candidate, ...]:
