@@ -62,7 +62,8 @@ class Replayer(Node):
             )
             for name in names
         }
-        self._clock = self.create_publisher(Clock, CLOCK, 10) if clock else None
+        # `_clock` is rclpy's own.
+        self._clock_output = self.create_publisher(Clock, CLOCK, 10) if clock else None
         self.published = 0
         self.latest_s = 0.0
 
@@ -107,10 +108,10 @@ class Replayer(Node):
 
     def _publish(self, event: Event) -> None:
         if event.topic is None:
-            assert self._clock is not None
+            assert self._clock_output is not None
             message = Clock()
             message.clock.sec, message.clock.nanosec = divmod(event.bag_ns, NANOSECONDS)
-            self._clock.publish(message)
+            self._clock_output.publish(message)
             return
         self._outputs[event.topic].publish(event.data)
         self.published += 1

@@ -28,7 +28,7 @@ def run_node(make: Callable[[], DriveNode], args: Sequence[str] | None = None) -
 def _run(make: Callable[[], DriveNode], args: Sequence[str] | None) -> int:
     node: DriveNode | None = None
     said = ""
-    rclpy.init(args=args)
+    rclpy.init(args=None if args is None else list(args))
     try:
         node = make()
         executor = make_executor(node)

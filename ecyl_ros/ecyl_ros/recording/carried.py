@@ -8,6 +8,7 @@ the offset's changes along the recording leave open.
 from __future__ import annotations
 
 import numpy as np
+from scipy.integrate import trapezoid  # NumPy has it under two names
 
 from .signals import FloatArray, StampArray
 
@@ -28,7 +29,7 @@ def carried_way(
     if rows.size < _FEWEST or not bool((speed[rows] != speed[rows[0]]).any()):
         return 0.0
     lasts = float(seconds[rows[-1]] - seconds[rows[0]])
-    way = float(np.trapezoid(speed[rows], seconds[rows]))
+    way = float(trapezoid(speed[rows], seconds[rows]))
     sides = (np.flatnonzero(known[:begin]), end + np.flatnonzero(known[end:]))
     offsets = [
         _ahead(values[part], speed[part], seconds[part])
@@ -45,5 +46,5 @@ def carried_way(
 
 def _ahead(values: FloatArray, speed: FloatArray, seconds: FloatArray) -> float:
     """By how much a speed is above what its position makes of it, in the mean."""
-    way = float(np.trapezoid(speed, seconds)) - float(values[-1] - values[0])
+    way = float(trapezoid(speed, seconds)) - float(values[-1] - values[0])
     return way / float(seconds[-1] - seconds[0])

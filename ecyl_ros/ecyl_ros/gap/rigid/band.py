@@ -133,7 +133,8 @@ def rounding_of(position: FloatArray, usable: BoolArray) -> float:
     0 where the steps from sample to sample are not counts.
     """
     steps = np.abs(_differences(position, usable, 1))
-    smallest = float(np.min(steps[steps > 1e-12 * max(np.ptp(position), 1e-300)], initial=np.inf))
+    negligible = 1e-12 * max(float(np.ptp(position)), 1e-300)
+    smallest = float(np.min(steps[steps > negligible], initial=np.inf))
     crowd = float(np.mean((steps > 0.5 * smallest) & (steps < 1.5 * smallest) | (steps == 0.0)))
     return smallest / math.sqrt(12.0) if crowd > 0.2 and math.isfinite(smallest) else 0.0
 
