@@ -40,8 +40,7 @@ class ThreeLines:
         first = np.minimum(size, self.t1) * self.k1 if self.t1 > 0.0 else self.half_clearance_rad
         second = np.clip(size - self.t1, 0.0, self.t2 - self.t1) * self.k2
         third = np.maximum(size - self.t2, 0.0) * self.k3
-        angle: FloatArray = np.sign(torque) * (first + second + third)
-        return angle
+        return np.asarray(np.sign(torque) * (first + second + third), dtype=np.float64)
 
     def angle_as_printed_rad(self, torque_nm: FloatArray) -> FloatArray:
         """Equation (7) as printed, with (k2 - k3) T1 in its third branch."""
