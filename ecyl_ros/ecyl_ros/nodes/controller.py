@@ -21,6 +21,7 @@ from ..drive.telemetry import tick_stamp_ns
 from ..errors import InputError
 from ..recording.cdr import CdrError
 from . import wire
+from .compiling import compiling
 from .drive_node import DriveNode
 from .ready_bytes import Incoming, Outgoing
 from .realtime import run_as_others, run_first, watchdog_ns, with_transport_delay
@@ -63,7 +64,8 @@ class Controller(DriveNode):
         self._unreferenced_seen = 0
 
         scratch = initial_cascade_state(self._params)
-        self._run_cascade(scratch, 0.0)  # compile, or load from cache, before the first tick
+        with compiling(self):  # before the first tick
+            self._run_cascade(scratch, 0.0)
 
         self._telemetry = self.create_publisher(
             Vector3Stamped, wire.VOLTAGE, wire.telemetry(self.realtime)

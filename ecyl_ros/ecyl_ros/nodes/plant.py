@@ -41,6 +41,7 @@ from ..drive.telemetry import joint_values, tick_stamp_ns
 from ..recording.cdr import CdrError
 from ..recording.topics import JOINT_FIELDS
 from . import wire
+from .compiling import compiling
 from .direct_executor import DirectExecutor
 from .drive_node import DriveNode
 from .ready_bytes import Incoming, Outgoing
@@ -112,10 +113,11 @@ class Plant(DriveNode):
         self.takes_when_due = self.realtime
         self.timing = TickTiming(self._rate)
 
-        # Compile, or load from cache, before anybody waits for a tick.
-        apply_and_measure(self._state.copy(), self._pending.copy(), 0, self._params, self._measured)
-        measure(self._state, 0, self._params, self._measured)
-        apply_voltage(self._state.copy(), self._pending.copy(), self._params)
+        with compiling(self):  # before anybody waits for a tick
+            trial = self._state.copy()
+            apply_and_measure(trial, self._pending.copy(), 0, self._params, self._measured)
+            measure(self._state, 0, self._params, self._measured)
+            apply_voltage(self._state.copy(), self._pending.copy(), self._params)
 
         self._measurement = self.create_publisher(
             JointState, wire.CONTROL_MEASUREMENT, wire.control()
