@@ -1,5 +1,5 @@
 import pytest
-from hypothesis import given
+from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from recording_samples import made
 
@@ -36,6 +36,8 @@ def interleavings(draw):
     return kept, arrivals
 
 
+# How long the drawing takes says how busy the machine is.
+@settings(suppress_health_check=[HealthCheck.too_slow], deadline=None)
 @given(interleavings())
 def test_any_interleaving_comes_out_in_canonical_order(case):
     """Whatever the mixture and whatever is lost: by stamp, then by topic, each message once."""
