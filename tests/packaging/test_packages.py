@@ -18,7 +18,7 @@ import ecyl_ros
 
 pytest.importorskip("rclpy_cyclone.finder", reason="scripts/setup leaves it out beside genuine ROS")
 
-import rclpy_cyclone  # noqa: E402
+import rclpy_cyclone
 
 ROOT = Path(__file__).parents[2]
 PROJECTS = ("ecyl_ros", "rclpy_cyclone")
