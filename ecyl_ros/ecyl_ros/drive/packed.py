@@ -94,6 +94,11 @@ PACKED = np.dtype(
 # oscillation per radian of it; `python benchmarks/convergence.py` prints what halving it changes.
 RATE_STEP = 0.1
 
+# The same for what dies out, as a current does against a dead time. It may take steps as long as
+# its own time constant, which a fourth-order step then has within 2 %; beyond 2.8 it is unstable.
+# A replay, which steps coarser than the emulator, has no more room here.
+_DECAY_STEP = 1.0
+
 
 def fastest_rate(drive: DriveParameters) -> float:
     """Largest rate constant of the plant, 1/s: contact resonance, contact damping, R/L, bristles.
@@ -125,7 +130,7 @@ def fastest_rate(drive: DriveParameters) -> float:
 
 
 def effects_rate(drive: DriveParameters) -> float:
-    """Largest rate constant that an effect brings in where it is fast (port `fast`), 1/s."""
+    """Largest rate at which what an effect brings in dies out where it is fast (`fast`), 1/s."""
     rates = (CATALOGUE[n].rate(CATALOGUE[n].complete(v), drive) for n, v in drive.effects.items())
     return max(rates, default=0.0)
 
@@ -151,7 +156,7 @@ def pack(
     `drive`.
     """
     chosen = choose_substeps(drive, rate_step)
-    finer = math.ceil(effects_rate(drive) / (rate_step * drive.controller.rate * chosen) - 1e-9)
+    finer = math.ceil(effects_rate(drive) / (_DECAY_STEP * drive.controller.rate * chosen) - 1e-9)
     if most is not None:
         chosen = min(chosen, most)
         finer = min(finer, most // chosen)

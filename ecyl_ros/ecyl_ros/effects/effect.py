@@ -146,8 +146,8 @@ class Effect:
         constant: key of the drive file's constant that it gives another value, None where it is
             something that the nominal model does not have. on_top: its parameter is what comes on
             top of the nominal value, not the value.
-        rate: largest rate constant that it brings into the plant, 1/s; integrators step by it where
-            the effect's kernel `fast` says that it is so fast.
+        rate: largest rate at which something dies out that it brings into the plant, 1/s;
+            integrators step by it where the effect's kernel `fast` says that it is so fast.
         rarity: 0 of what most machines have, one more for every third of those before: where two
             do nearly as well, what is common goes first.
         cylinder: whether a full cylinder may have it.

@@ -24,12 +24,8 @@ def starts(evidence: Evidence) -> list[Start]:
 
 
 def rate(values: Mapping[str, float], drive: DriveParameters) -> float:
-    """Of the current at its zero crossing, where the loss acts like a large resistance.
-
-    A tenth of it: what dies out may take steps as long as its own time constant, where what swings
-    needs a tenth of that. A classical Runge-Kutta step of it is stable up to 2.8 time constants.
-    """
-    return 0.1 * values["voltage_v"] / (values["transition_a"] * drive.motor.inductance)
+    """Of the current at its zero crossing, where the loss acts like a large resistance."""
+    return values["voltage_v"] / (values["transition_a"] * drive.motor.inductance)
 
 
 EFFECT = Effect(
