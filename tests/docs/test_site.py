@@ -14,6 +14,7 @@ ROOT = Path(__file__).parents[2]
 @pytest.mark.slow
 def test_the_documentation_builds_without_a_warning(tmp_path: Path) -> None:
     """`docs/site/build.py` ends with 0: no warning; every page and every public module is there."""
+    pytest.importorskip("rclpy_cyclone.finder", reason="not beside genuine ROS, and it has pages")
     out = tmp_path / "html"
     built = subprocess.run(
         [sys.executable, ROOT / "docs" / "site" / "build.py", out], capture_output=True, text=True

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 from collections.abc import Iterable, Sequence
+from typing import Any
 
 from matplotlib.figure import Figure
 
@@ -15,6 +16,8 @@ from ..gap.report.markup import escape, typeset
 from ..gap.report.stretch import telling_signals, worst
 from ..gap.report.verdict import sentence
 
+# Of a legend outside the axes; `loc="outside ..."` is newer than the matplotlib of Ubuntu 24.04.
+_ABOVE: dict[str, Any] = {"loc": "lower center", "bbox_to_anchor": (0.5, 1.0)}
 _MOST_NOTES = 5
 # Colours that hold against each other for every eye (Okabe and Ito), recorded in grey behind.
 _RECORDED, _BEFORE, _AFTER = "0.65", "#d55e00", "#0072b2"
@@ -80,7 +83,7 @@ class _Picture(Figure):
 
     def _repr_png_(self) -> bytes:
         shown = io.BytesIO()
-        self.savefig(shown, format="png", dpi=90)
+        self.savefig(shown, format="png", dpi=90, bbox_inches="tight")
         return shown.getvalue()
 
 
@@ -111,5 +114,5 @@ def picture(diagnosis: Diagnosis) -> Figure:
         panel.set_ylabel(f"{words.signal(diagnosis.signals[index].name)}\n{unit}")
         panel.margins(x=0.0)
     panels[-1].set_xlabel("time, s")
-    figure.legend(*panels[0].get_legend_handles_labels(), loc="outside upper center", ncols=3)
+    figure.legend(*panels[0].get_legend_handles_labels(), **_ABOVE, ncols=3)
     return figure

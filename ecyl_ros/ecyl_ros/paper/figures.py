@@ -30,6 +30,8 @@ LONG_S = (10.0, 20.0)
 MIDDLE_S = (10.0, 15.0)
 ONE_S = (18.0, 19.0)
 HIGHEST_HZ = 10.0
+# Of a legend outside the axes; `loc="outside ..."` is newer than the matplotlib of Ubuntu 24.04.
+_BELOW: dict[str, Any] = {"loc": "upper center", "bbox_to_anchor": (0.5, 0.0)}
 PAPER = {"color": "0.25", "marker": "D", "ls": "none", "ms": 6}
 
 
@@ -73,7 +75,7 @@ def write(picture: Picture, folder: Path) -> None:
         with replacing(folder / f"{picture.name}.{suffix}") as temporary:
             # No date in the file: the same figures give the same bytes.
             extra: dict[str, Any] = {"metadata": {"Date": None}} if suffix == "svg" else {}
-            picture.made.savefig(temporary, dpi=DPI, **extra)
+            picture.made.savefig(temporary, dpi=DPI, bbox_inches="tight", **extra)
 
 
 def _grid(rows: int, size: tuple[float, float]) -> tuple[Any, Any]:
@@ -121,9 +123,7 @@ def _fig10(results: Results) -> Any:
         axis.set_xlim(*MIDDLE_S)
         axis.set_xlabel("time / s")
     axes[0, 0].set_ylabel("position / mm")
-    figure.legend(
-        *axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=2, frameon=False
-    )
+    figure.legend(*axes[0, 0].get_legend_handles_labels(), **_BELOW, ncols=2, frameon=False)
     return figure
 
 
@@ -139,7 +139,7 @@ def _fig11(results: Results) -> Any:
         axis.set_xlabel("time / s")
     axes[0, 0].set_ylabel("reference - position / mm")
     handles, names = axes[0, 0].get_legend_handles_labels()
-    figure.legend(handles[:1], names[:1], loc="outside lower center", frameon=False)
+    figure.legend(handles[:1], names[:1], **_BELOW, frameon=False)
     return figure
 
 
@@ -218,7 +218,7 @@ def _waves(results: Results, change: str, shares: tuple[float, ...], number: int
     axes[0, 0].set_ylabel(f"IMF{number + 1} / mm")
     figure.legend(
         *axes[0, 0].get_legend_handles_labels(),
-        loc="outside lower center",
+        **_BELOW,
         ncols=len(shares),
         frameon=False,
         title=change,
@@ -257,7 +257,5 @@ def _conclusion(results: Results) -> Any:
         axis.tick_params(labelleft=True)
     axes[0].set_ylabel("standard deviation of the error / mm")
     axes[0].set_ylim(bottom=0.0)
-    figure.legend(
-        *axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=4, frameon=False
-    )
+    figure.legend(*axes[0].get_legend_handles_labels(), **_BELOW, ncols=4, frameon=False)
     return figure
