@@ -37,7 +37,7 @@ def interleavings(draw):
 
 
 # How long the drawing takes says how busy the machine is.
-@settings(suppress_health_check=[HealthCheck.too_slow], deadline=None)
+@settings(suppress_health_check=[HealthCheck.too_slow])
 @given(interleavings())
 def test_any_interleaving_comes_out_in_canonical_order(case):
     """Whatever the mixture and whatever is lost: by stamp, then by topic, each message once."""
