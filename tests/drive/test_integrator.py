@@ -97,18 +97,3 @@ def test_automatic_substeps_stay_under_the_sensor_noise(straightness) -> None:
     for name, std in noise.items():
         difference = np.abs(runs[0].signal(name) - runs[1].signal(name)).max()
         assert difference < 0.1 * std, name
-
-
-@pytest.mark.parametrize("rate_step", [0.1, 0.45])
-def test_no_step_through_a_dead_time_is_longer_than_its_time_constant(rate_step: float) -> None:
-    """A replay, which steps coarser than the emulator, steps as finely through a dead time.
-
-    The slope of 17 V lost along a tanh of 50 mA is 340 ohm, beyond which no fourth-order step of
-    2.8 time constants is stable.
-    """
-    lost, transition = 17.0, 0.05
-    drive = load_drive("bench")
-    acting = {"inverter_dead_time": {"voltage_v": lost, "transition_a": transition}}
-    record = pack(dataclasses.replace(drive, effects=acting), rate_step=rate_step)[0]
-    step = record["tick"] / (record["substeps"] * record["finer"])
-    assert step <= drive.motor.inductance * transition / lost

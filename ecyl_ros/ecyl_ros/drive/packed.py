@@ -43,7 +43,7 @@ PACKED = np.dtype(
         ("load_viscous", "f8"),
         ("tick", "f8"),  # s, control period
         ("substeps", "i8"),
-        ("finer", "i8"),  # parts of a sub-step while an effect is faster than the drive
+        ("current_span", "f8"),  # A, over which an effect bends the winding's equation; 0: none
         ("actuation_delay", "f8"),  # ticks, broken ones too
         ("measurement_delay", "f8"),  # ticks, broken ones too
         ("feedback_rod", "i8"),
@@ -94,16 +94,11 @@ PACKED = np.dtype(
 # oscillation per radian of it; `python benchmarks/convergence.py` prints what halving it changes.
 RATE_STEP = 0.1
 
-# The same for what dies out, as a current does against a dead time. It may take steps as long as
-# its own time constant, which a fourth-order step then has within 2 %; beyond 2.8 it is unstable.
-# A replay, which steps coarser than the emulator, has no more room here.
-_DECAY_STEP = 1.0
-
 
 def fastest_rate(drive: DriveParameters) -> float:
     """Largest rate constant of the plant, 1/s: contact resonance, contact damping, R/L, bristles.
 
-    Those of effects that are faster, but not all the time, are in `effects_rate`.
+    What an effect makes of the winding's is not in it: `stiff_current` has pieces of its own.
     """
     compliance = 1.0 / drive.motor.rotor_inertia + 1.0 / drive.load.inertia
     resonance = math.sqrt(max(drive.transmission.stiffness) * compliance)
@@ -129,10 +124,10 @@ def fastest_rate(drive: DriveParameters) -> float:
     return max(resonance, damping, electrical, bristle)
 
 
-def effects_rate(drive: DriveParameters) -> float:
-    """Largest rate at which what an effect brings in dies out where it is fast (`fast`), 1/s."""
-    rates = (CATALOGUE[n].rate(CATALOGUE[n].complete(v), drive) for n, v in drive.effects.items())
-    return max(rates, default=0.0)
+def current_span(drive: DriveParameters) -> float:
+    """The least current over which an effect bends the winding's equation, A; 0 where none does."""
+    spans = (CATALOGUE[n].current_span(CATALOGUE[n].complete(v)) for n, v in drive.effects.items())
+    return min((one for one in spans if one > 0.0), default=0.0)
 
 
 def choose_substeps(drive: DriveParameters, rate_step: float = RATE_STEP) -> int:
@@ -151,15 +146,13 @@ def pack(
     """Pack `drive` into a one-element record array of dtype `PACKED`.
 
     substeps: overrides the automatic choice (for convergence studies). rate_step: of that choice.
-    most: sub-steps per tick at the most, parts of such counted, however fast the drive is.
+    most: sub-steps per tick at the most, however fast the drive is.
     believed: the drive that the controller was set up for, where its constants are not those of
     `drive`.
     """
     chosen = choose_substeps(drive, rate_step)
-    finer = math.ceil(effects_rate(drive) / (_DECAY_STEP * drive.controller.rate * chosen) - 1e-9)
     if most is not None:
         chosen = min(chosen, most)
-        finer = min(finer, most // chosen)
     believed = believed or drive
     record = np.zeros(1, PACKED)
     motor, transmission, load = drive.motor, drive.transmission, drive.load
@@ -181,7 +174,7 @@ def pack(
         "load_viscous": load.viscous_friction,
         "tick": 1.0 / controller.rate,
         "substeps": chosen if substeps is None else substeps,
-        "finer": max(finer, 1),
+        "current_span": current_span(drive),
         "actuation_delay": controller.delay_ticks,
         "feedback_rod": controller.feedback == "rod",
         "believed_rotor_per_rod": 1.0

@@ -6,7 +6,8 @@ rotor and load friction, the count of ticks since the start, and the memory of a
 A^2, travel since the last reversal rad, both held within a tick). Between contacts the equations
 are smooth and a classical fourth-order Runge-Kutta step is used; where a flank meets or leaves, or
 a stiffness segment ends, within a step, the instant is located and the step is split there, so that
-the order survives contact.
+the order survives contact. Where an effect makes the winding's equation stiff, the current goes
+ahead of the rest (`stiff_current`).
 
 `faults` is None or True: the compiler drops what stands under `if faults is not None` for None, so
 that a drive without effects at the plant's ports runs without them.
@@ -23,6 +24,7 @@ from .compiled import called, kernel
 from .friction import deflected, friction_torque
 from .motor import current_derivatives, rotor_torque
 from .noise import gaussian
+from .stiff_current import current_over
 from .transmission import beyond, contact_mode, mode_torque
 
 ROTOR_ANGLE, ROTOR_SPEED, LOAD_ANGLE, LOAD_SPEED, CURRENT_D, CURRENT_Q = range(6)
@@ -46,9 +48,11 @@ _MAX_EVENTS = 64  # per sub-step; beyond it contact is a blur at this step and i
 
 
 @kernel
-def _derivative(y, u_d, u_q, mode, into, time, faults, p):
-    """Slopes of the six smooth states, `into` s into a step that began at `time` s."""
-    twist_torque = mode_torque(y[0] - y[2], y[1] - y[3], mode, p)
+def _mechanics(y, twist_torque, u_q, into, time, faults, p):
+    """Accelerations of rotor and load, `into` s into a step that began at `time` s, rad/s^2.
+
+    With them the voltage that a learned law makes of the command u_q, V.
+    """
     rotor = rotor_torque(y[5], y[1], p)
     load = -p.load_viscous * y[3]
     if faults is not None:
@@ -85,17 +89,22 @@ def _derivative(y, u_d, u_q, mode, into, time, faults, p):
                 )
             elif p.learned_port == learned.INVERTER_VOLTAGE:
                 u_q += law
-        if p.acts_at_inverter_voltage:
-            u_q += ports.inverter_voltage(p, y[5], u_q)
-    slope_d, slope_q = current_derivatives(y[4], y[5], y[1], u_d, u_q, p)
     return (
-        y[1],
         (rotor - twist_torque) * p.per_rotor_inertia,
-        y[3],
         (twist_torque + load) * p.per_load_inertia,
-        slope_d,
-        slope_q,
+        u_q,
     )
+
+
+@kernel
+def _derivative(y, u_d, u_q, mode, into, time, faults, p):
+    """Slopes of the six smooth states, `into` s into a step that began at `time` s."""
+    twist_torque = mode_torque(y[0] - y[2], y[1] - y[3], mode, p)
+    rotor, load, u_q = _mechanics(y, twist_torque, u_q, into, time, faults, p)
+    if faults is not None and p.acts_at_inverter_voltage:
+        u_q += ports.inverter_voltage(p, y[5], u_q)
+    slope_d, slope_q = current_derivatives(y[4], y[5], y[1], u_d, u_q, p)
+    return y[1], rotor, y[3], load, slope_d, slope_q
 
 
 @kernel
@@ -115,12 +124,13 @@ def _shifted(y, step, slope):
 
 
 @kernel
-def _runge_kutta(y, u_d, u_q, mode, step, time, faults, p):
-    half = 0.5 * step
-    k1 = _derivative(y, u_d, u_q, mode, 0.0, time, faults, p)
-    k2 = _derivative(_shifted(y, half, k1), u_d, u_q, mode, half, time, faults, p)
-    k3 = _derivative(_shifted(y, half, k2), u_d, u_q, mode, half, time, faults, p)
-    k4 = _derivative(_shifted(y, step, k3), u_d, u_q, mode, step, time, faults, p)
+def _at_current(y, current):
+    return (y[0], y[1], y[2], y[3], y[4], current, y[6], y[7], y[8], y[9])
+
+
+@kernel
+def _combined(y, k1, k2, k3, k4, step, faults, p):
+    """The end of a classical Runge-Kutta step with its four slopes."""
     sixth = step / 6.0
     rotor = y[0] + sixth * (k1[0] + 2.0 * (k2[0] + k3[0]) + k4[0])
     load = y[2] + sixth * (k1[2] + 2.0 * (k2[2] + k3[2]) + k4[2])
@@ -143,6 +153,41 @@ def _runge_kutta(y, u_d, u_q, mode, step, time, faults, p):
         y[8],
         y[9],
     )
+
+
+@called
+def _with_stiff_current(y, u_d, u_q, mode, step, time, p):
+    """A step in which the current is taken first, see `stiff_current`."""
+    if step <= 0.0:
+        return y
+    half = 0.5 * step
+    twist_torque = mode_torque(y[0] - y[2], y[1] - y[3], mode, p)
+    rotor, load, _ = _mechanics(y, twist_torque, u_q, 0.0, time, True, p)
+    ahead = _shifted(y, half, (y[1], rotor, y[3], load, 0.0, 0.0))
+    torque_ahead = mode_torque(ahead[0] - ahead[2], ahead[1] - ahead[3], mode, p)
+    rotor_ahead, _, _ = _mechanics(ahead, torque_ahead, u_q, half, time, True, p)
+    jerk = (rotor_ahead - rotor) / half
+    end, half_way = current_over(y, twist_torque, rotor, jerk, u_q, step, time, p)
+    k1 = _derivative(y, u_d, u_q, mode, 0.0, time, True, p)
+    y2 = _at_current(_shifted(y, half, k1), half_way)
+    k2 = _derivative(y2, u_d, u_q, mode, half, time, True, p)
+    y3 = _at_current(_shifted(y, half, k2), half_way)
+    k3 = _derivative(y3, u_d, u_q, mode, half, time, True, p)
+    y4 = _at_current(_shifted(y, step, k3), end)
+    k4 = _derivative(y4, u_d, u_q, mode, step, time, True, p)
+    return _at_current(_combined(y, k1, k2, k3, k4, step, True, p), end)
+
+
+@kernel
+def _runge_kutta(y, u_d, u_q, mode, step, time, faults, p):
+    if faults is not None and p.current_span > 0.0:
+        return _with_stiff_current(y, u_d, u_q, mode, step, time, p)
+    half = 0.5 * step
+    k1 = _derivative(y, u_d, u_q, mode, 0.0, time, faults, p)
+    k2 = _derivative(_shifted(y, half, k1), u_d, u_q, mode, half, time, faults, p)
+    k3 = _derivative(_shifted(y, half, k2), u_d, u_q, mode, half, time, faults, p)
+    k4 = _derivative(_shifted(y, step, k3), u_d, u_q, mode, step, time, faults, p)
+    return _combined(y, k1, k2, k3, k4, step, faults, p)
 
 
 @kernel
@@ -217,14 +262,6 @@ def _substep(y, u_d, u_q, step, time, faults, p):
 
 
 @kernel
-def _pieces(before, after, p):
-    """How many pieces a sub-step is taken in, between currents of `before` and `after`, A."""
-    if before * after <= 0.0:
-        return p.finer
-    return math.ceil(max(ports.fast(p, before), ports.fast(p, after)) * p.finer)
-
-
-@kernel
 def _advance(state, u_d, u_q, share, params):
     """`plant_step` for a share of a control tick; its sub-steps are shared out in proportion."""
     p = params[0]
@@ -248,15 +285,7 @@ def _advance(state, u_d, u_q, share, params):
     # Two compilations of one step: a drive without effects in its plant does not pay for them.
     if p.acts_in_plant:
         for index in range(steps):
-            after = _substep(y, u_d, u_q, step, time + index * step, True, p)
-            pieces = _pieces(y[5], after[5], p) if p.finer > 1 else 1
-            if pieces > 1:
-                part = step / pieces
-                for piece in range(pieces):
-                    now = time + index * step + piece * part
-                    y = _substep(y, u_d, u_q, part, now, True, p)
-            else:
-                y = after
+            y = _substep(y, u_d, u_q, step, time + index * step, True, p)
     else:
         for index in range(steps):
             y = _substep(y, u_d, u_q, step, time + index * step, None, p)

@@ -115,8 +115,8 @@ def _zero(drive: DriveParameters) -> float:
     return 0.0
 
 
-def _slow(values: Mapping[str, float], drive: DriveParameters) -> float:
-    """Most effects make nothing in the drive faster."""
+def _not_stiff(values: Mapping[str, float]) -> float:
+    """Most effects leave the winding's equation as slow as it is."""
     return 0.0
 
 
@@ -146,8 +146,8 @@ class Effect:
         constant: key of the drive file's constant that it gives another value, None where it is
             something that the nominal model does not have. on_top: its parameter is what comes on
             top of the nominal value, not the value.
-        rate: largest rate at which something dies out that it brings into the plant, 1/s;
-            integrators step by it where the effect's kernel `fast` says that it is so fast.
+        current_span: current over which it bends the winding's equation, A, where it makes that
+            stiff; it then has a port `inverter_resistance`. 0: it does not.
         rarity: 0 of what most machines have, one more for every third of those before: where two
             do nearly as well, what is common goes first.
         cylinder: whether a full cylinder may have it.
@@ -167,7 +167,7 @@ class Effect:
     neutral: Callable[[DriveParameters], float] = _zero
     constant: str | None = None
     on_top: bool = False
-    rate: Callable[[Mapping[str, float], DriveParameters], float] = _slow
+    current_span: Callable[[Mapping[str, float]], float] = _not_stiff
     rarity: int = 0
     cylinder: bool = True
     separated_by: str = ""

@@ -8,7 +8,6 @@ from collections.abc import Mapping
 import numpy as np
 
 from ..drive.compiled import kernel
-from ..drive.parameters import DriveParameters
 from .effect import Effect, Evidence, Quantity, Start
 
 _LOST = math.tanh(1.0)  # share that is lost at the transition
@@ -23,9 +22,9 @@ def starts(evidence: Evidence) -> list[Start]:
     ]
 
 
-def rate(values: Mapping[str, float], drive: DriveParameters) -> float:
-    """Of the current at its zero crossing, where the loss acts like a large resistance."""
-    return values["voltage_v"] / (values["transition_a"] * drive.motor.inductance)
+def current_span(values: Mapping[str, float]) -> float:
+    """The transition: within it the loss acts like a large resistance."""
+    return values["transition_a"] if values["voltage_v"] > 0.0 else 0.0
 
 
 EFFECT = Effect(
@@ -59,7 +58,7 @@ EFFECT = Effect(
         ),
     ),
     starts=starts,
-    rate=rate,
+    current_span=current_span,
 )
 
 
@@ -70,15 +69,17 @@ def _tanh(x):
 
 
 @kernel
-def fast(p, current):
-    """The slope of the loss, of that where the current is zero; half way there, as it may move."""
-    share = 0.5 * abs(current) / p.inverter_dead_time_transition_a
+def inverter_resistance(p, current, voltage):
+    """The slope of the loss."""
+    if p.inverter_dead_time_voltage_v == 0.0:
+        return 0.0
+    share = current / p.inverter_dead_time_transition_a
     straight = p.inverter_dead_time_straightness
     curved = _tanh(share)
     slope = (1.0 - straight) * (1.0 - curved * curved)
-    if _LOST * share < 1.0:
-        slope += straight
-    return slope
+    if _LOST * abs(share) < 1.0:
+        slope += straight * _LOST
+    return slope * p.inverter_dead_time_voltage_v / p.inverter_dead_time_transition_a
 
 
 @kernel

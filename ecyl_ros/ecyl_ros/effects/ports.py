@@ -14,7 +14,7 @@ first and gives zero while its own parameters are zero. Angles, speeds and torqu
 | `rotor_speed_error` | rotor angle rad, speed rad/s | rad/s added to the speed reading |
 | `current_error` | i_q A | A added to the current reading |
 | `rod_error` | load angle rad | rad added to the rod's reading |
-| `fast` | i_q A | share of its `rate` that the effect has there, 0 to 1: shorter steps |
+| `inverter_resistance` | i_q A, u_q V | ohm, what `inverter_voltage` falls by per A there |
 
 A friction level is what the contact could resist; `drive.friction` makes a torque of it.
 """
@@ -36,7 +36,7 @@ ARGUMENTS = {
     "rotor_speed_error": 2,
     "current_error": 1,
     "rod_error": 1,
-    "fast": 1,
+    "inverter_resistance": 2,
 }
 
 # Those that act within a step of the plant, not where it is measured.
@@ -103,4 +103,4 @@ rotor_angle_error = _port("rotor_angle_error")
 rotor_speed_error = _port("rotor_speed_error")
 current_error = _port("current_error")
 rod_error = _port("rod_error")
-fast = _port("fast")
+inverter_resistance = _port("inverter_resistance")

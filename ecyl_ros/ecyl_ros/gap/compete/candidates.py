@@ -91,7 +91,7 @@ class Candidates:
         """Whether as much was replayed as sets of three should wait for.
 
         What a replay costs goes by the rate of the drive, by how stiff it is, and by effects that
-        are stiffer still: an inverter's dead time in small currents takes a dozen parts of a step.
+        make the winding stiff, an inverter's dead time.
         """
         replay = self.fitter.replay
         return replay.work > _ENOUGH_WORK_PER_S * float(replay.time_s[-1])

@@ -70,6 +70,7 @@ _REPLAY_RATE_STEP = 0.45
 _MOST_SUBSTEPS = 40  # per tick: a fit may wander to an absurdly stiff drive
 
 _TICK_COST = 4  # of a control tick beside its sub-steps, in such
+_STIFF_COST = 4  # of a sub-step in which the current goes ahead, in such as have none
 _QUIET_COMMAND = 0.15  # floor of a command without noise, as a share of what noise would make it
 _LOUD = 0.3  # share of the stated noise in the loop from which on its way round is reckoned with
 _SHAKING_SEED = 0x5EED  # unlike those that drives are emulated with
@@ -203,10 +204,7 @@ class Replay:
 
     @property
     def work(self) -> int:
-        """What all `runs` cost: their sub-steps, in as many parts as they may be taken in.
-
-        The rest of a tick, controller and sensors, counts as some more.
-        """
+        """What all `runs` cost: their sub-steps, the rest of a tick counted as some more."""
         return self._tally[1]
 
     def complete(self, effects: Effects, constants: Constants) -> dict[str, dict[str, float]]:
@@ -329,8 +327,8 @@ class Replay:
         ticks = self._grid.ticks
         with self._counting:
             self._tally[0] += 1
-            steps = int(params[0]["substeps"]) * int(params[0]["finer"])
-            self._tally[1] += ticks * (_TICK_COST + steps)
+            each = _STIFF_COST if params[0]["current_span"] > 0.0 else 1
+            self._tally[1] += ticks * (_TICK_COST + each * int(params[0]["substeps"]))
         run = (
             self._grid.every,
             self._reference,
