@@ -26,10 +26,14 @@ def run_graph(
     duration_s: float,
     *,
     realtime: bool = False,
+    rate: float | None = None,
     in_process: bool = False,
     recorder: bool = True,
 ) -> dict:
-    """Run the graph as `ecyl run` does and return the figures in the plant's summary file."""
+    """Run the graph as `ecyl run` does and return the figures in the plant's summary file.
+
+    rate: of the controller, Hz, in place of the drive file's.
+    """
     from ecyl_ros.drive.drive_file import load_drive, resolve_drive
     from ecyl_ros.drive.warm_up import warm_up
     from ecyl_ros.nodes.launcher import NODES, NodeProcesses, node_parameters
@@ -45,6 +49,7 @@ def run_graph(
             summary,
             duration_s=duration_s,
             realtime=realtime,
+            rate=rate,
             recorder=recorder,
         )
         if in_process:
