@@ -112,8 +112,10 @@ def term(along: Along, middle: float, width: float) -> Term:
 
 
 def _void(fitted: Fitted) -> str:
-    """A place that was passed once may as well have been a moment."""
+    """A place is part of a turn; one that was passed once may as well have been a moment."""
     middle, width = fitted.term.fixed.values()
+    if not fitted.along.machine.linear and width > math.tau:
+        return "its place would be wider than a turn of the output"
     inside = np.abs(fitted.along.motion.position - middle) < 0.5 * width
     if np.count_nonzero(np.diff(inside, prepend=False) & inside) == 1:
         return "its place was passed once: a moment of the time would do as well"

@@ -138,7 +138,9 @@ def _described(
     found = _description(judgement, motion, looked, choice, missing, law, sheet, chance)
     left = balance.target + law + sheet
     near = _resembled(judgement, motion, found, missing.rows, left, without)
-    nominal = contest.nominal.rms(judged)
+    # Whether there is a law is decided where it is known; what it closes, wherever gaps are judged.
+    nominal = contest.nominal.rms(balance.judged)
+    after = float(np.sqrt(np.mean(left[balance.judged] ** 2)))
     shrink = shrink_of(nominal, after, max(nominal - floor, 1e-12))
     spread = judgement.spread
     series = diagnosis.series

@@ -25,6 +25,10 @@ _SAME = 0.01  # of the power of columns: they span the same but next to a revers
 _OWN = 0.5  # share of an effect's power that another has to take over to be its like
 _OTHER_AXIS = RARER  # weight of another axis that swings, beside a disturbance of fixed frequency
 _ERRS = 0.03  # of what is left: by so much models differ that are equally true
+# Of itself: by so much the friction of a sound machine changes within a recording, as it warms or
+# from place to place. Temperature alone changes that of robot joints by more (Bittencourt et al.,
+# "An extended friction model to capture load and temperature effects in robot joints", 2010).
+_VARIES = 0.2
 
 
 class Certainty:
@@ -76,7 +80,11 @@ class Certainty:
             if other.effect in held and (not other.rate or other.key in waves):
                 continue
             simpler = self._within([other], [term])
-            near = self.alike(rival) or rival.priced(self.judged) <= _WORSE * best
+            near = (
+                self.alike(rival)
+                or self._as_it_varies(term, other, rival)
+                or rival.priced(self.judged) <= _WORSE * best
+            )
             if not simpler and near and self._apart(winner, rival) <= math.sqrt(_OWN) * own:
                 weight = RARER ** max(self._rarity(other.effect) - rarity, 0)
                 weights.setdefault(other.effect, weight)
@@ -99,6 +107,20 @@ class Certainty:
         """Whether a set that has one effect in another's place may as well be the true one."""
         winner, (_, unknown) = self.contest.winner, self._unknown
         return self._apart(winner, rival) <= unknown and rival.dearer <= _WORSE**2 * winner.dearer
+
+    def _as_it_varies(self, term: Term, other: Term, rival: Solution) -> bool:
+        """Whether a level and friction in proportion to speed differ by less than friction varies.
+
+        At nearly one speed they do: a slow drift of the speed, which friction itself causes as it
+        warms, says nothing of how friction depends on it.
+        """
+        side = self._along.side
+        forms = {f"{side}_coulomb_friction", f"{side}_viscous_friction"}
+        if {term.effect, other.effect} != forms:
+            return False
+        winner = self.contest.winner
+        own = self._apart(winner, self.contest.without[term.effect])
+        return self._apart(winner, rival) <= _VARIES * own
 
     @cached_property
     def _unknown(self) -> tuple[float, float]:
