@@ -84,6 +84,21 @@ def test_a_drag_at_one_speed_is_a_friction_of_speed() -> None:
     assert inside(law, lambda v: sign * drag(v) * np.where(v < 0.0, -sign, 1.0)) > 0.9
 
 
+def test_what_a_law_closes_is_told_of_the_rows_that_the_gap_is_told_of() -> None:
+    """A bump beside what sticks near reversals, where a law is unknown: the figures say what the
+    residual that is shown comes to, on all rows that are judged, before and after."""
+    m = MOTION
+    stuck = 6.0 * np.sign(m.v) * (np.abs(m.v) < 0.02)  # where a coarse encoder tells no speed
+    effort = 20.0 * m.a + bump(m.q) + stuck
+    diagnosis = diagnose(recorded(m, effort, LINEAR, 0.3, 1e-4), LINEAR)
+    assert diagnosis.verdict == "described"
+    gap, series = diagnosis.signals[0], diagnosis.series
+    rows = series.held_out & series.usable
+    for told, simulated in ((gap.gap, series.before[0]), (gap.after, series.after[0])):
+        left = (series.recorded[0] - simulated)[rows]
+        assert told == pytest.approx(float(np.sqrt(np.mean(left**2))), rel=0.02)
+
+
 def test_a_spring_that_hardens_is_told_by_its_formula() -> None:
     """A force with the cube of the position comes out as that, its factor within 2 %."""
     law = law_of(found(lambda m: 8e4 * m.q**3))
