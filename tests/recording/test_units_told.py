@@ -59,6 +59,22 @@ def test_a_header_tells_the_unit_where_the_map_does_not(
 
 @pytest.mark.parametrize(
     ("name", "unit"),
+    [
+        ("speed_mm_s", "mm/s"),
+        ("speed_mm_per_s", "mm/s"),
+        ("speed_rad_s", "rad/s"),
+        ("rate_counts_s", "counts/s"),
+        ("stamp_s", "s"),
+        ("flux_v_s", "s"),
+    ],
+)
+def test_a_rate_is_told_with_and_without_per(name: str, unit: str) -> None:
+    """`_mm_s` is mm/s, not seconds; what is no rate of a known unit ends in seconds."""
+    assert ending(name) == unit
+
+
+@pytest.mark.parametrize(
+    ("name", "unit"),
     [("command_nm", "N m"), ("torque_Nm", "N m"), ("stroke_um", "um"), ("travel_mm", "mm")],
 )
 def test_a_name_that_ends_in_nm_is_of_a_torque(name: str, unit: str) -> None:

@@ -8,8 +8,8 @@ from collections.abc import Collection
 from .units import dimension_of, plain
 
 _BRACKETED = re.compile(r"[\[(]\s*([^\[\]()]*[^\W\d][^\[\]()]*|[°%])\s*[\])]\s*$")
-_SUFFIX = re.compile(r"_([A-Za-z]+(?:_per_[A-Za-z]+)?)$")
-_SLASHED = {"rad_per_s": "rad/s", "m_per_s": "m/s", "mm_per_s": "mm/s", "deg_per_s": "deg/s"}
+_SUFFIX = re.compile(r"_([A-Za-z]+)$")
+_RATE = re.compile(r"_([A-Za-z]+)_(?:per_)?s$")  # `speed_mm_per_s`, `speed_mm_s`
 _CASED = {"ma": "mA", "mv": "mV", "nm": "N m", "kn": "kN", "n": "N", "a": "A", "v": "V"}
 # What stands in round brackets but is no unit.
 _REMARKS = {
@@ -61,7 +61,9 @@ def ending(name: str, dimensions: Collection[str] = ()) -> str:
     found = _SUFFIX.search(name)
     if found is None:
         return ""
-    word = _SLASHED.get(found[1], found[1])
+    word, rate = found[1], _RATE.search(name)
+    if rate is not None and dimension_of(plain(f"{rate[1]}/s")) is not None:
+        word = f"{rate[1]}/s"
     for spelling in (_CASED.get(word.lower(), word), word, word.lower()):
         unit = plain(spelling)
         dimension = dimension_of(unit)
