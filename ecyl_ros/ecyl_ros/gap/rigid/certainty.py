@@ -25,10 +25,10 @@ _SAME = 0.01  # of the power of columns: they span the same but next to a revers
 _OWN = 0.5  # share of an effect's power that another has to take over to be its like
 _OTHER_AXIS = RARER  # weight of another axis that swings, beside a disturbance of fixed frequency
 _ERRS = 0.03  # of what is left: by so much models differ that are equally true
-# Of itself: by so much the friction of a sound machine changes from place to place, and as it
-# warms up in one direction. Temperature alone halves that of robot joints (Bittencourt et al., "An
-# extended friction model to capture load and temperature effects in robot joints", 2010).
-_VARIES, _WARMS = 0.2, 0.5
+# Of itself: by so much the friction of a sound machine may change as it warms up. Temperature
+# halves that of robot joints (Bittencourt et al., "An extended friction model to capture load and
+# temperature effects in robot joints", 2010).
+_WARMS = 0.5
 
 
 class Certainty:
@@ -111,16 +111,15 @@ class Certainty:
     def _as_it_varies(self, term: Term, other: Term, rival: Solution) -> bool:
         """Whether a level and friction by speed differ by no more than friction varies.
 
-        At nearly one speed they do. In one direction nothing is passed twice: the slow rise of a
+        At nearly one speed in one direction they do. Nothing is passed twice; the slow rise of a
         speed, which friction itself causes as it warms, says nothing of how it depends on speed.
         """
         side = self._along.side
         forms = {f"{side}_coulomb_friction", f"{side}_viscous_friction"}
-        if {term.effect, other.effect} != forms:
+        if self._along.both_ways or {term.effect, other.effect} != forms:
             return False
         left = self.contest.winner.residual
-        share = _VARIES if self._along.both_ways else _WARMS
-        allowed = share * np.abs(self.contest.without[term.effect].residual - left)
+        allowed = _WARMS * np.abs(self.contest.without[term.effect].residual - left)
         apart = rival.residual - left
         beyond = apart - np.clip(apart, -allowed, allowed)
         power, more = (float(np.mean(one[self.judged] ** 2)) for one in (left, left + beyond))
