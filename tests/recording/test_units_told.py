@@ -62,6 +62,7 @@ def test_a_header_tells_the_unit_where_the_map_does_not(
     [
         ("speed_mm_s", "mm/s"),
         ("speed_mm_per_s", "mm/s"),
+        ("feed_mm_per_min", "mm/min"),
         ("speed_rad_s", "rad/s"),
         ("rate_counts_s", "counts/s"),
         ("stamp_s", "s"),

@@ -162,13 +162,12 @@ def _with_stiff_current(y, u_d, u_q, mode, step, time, p):
         return y
     half = 0.5 * step
     twist_torque = mode_torque(y[0] - y[2], y[1] - y[3], mode, p)
-    rotor, load, _ = _mechanics(y, twist_torque, u_q, 0.0, time, True, p)
-    ahead = _shifted(y, half, (y[1], rotor, y[3], load, 0.0, 0.0))
-    torque_ahead = mode_torque(ahead[0] - ahead[2], ahead[1] - ahead[3], mode, p)
-    rotor_ahead, _, _ = _mechanics(ahead, torque_ahead, u_q, half, time, True, p)
-    jerk = (rotor_ahead - rotor) / half
-    end, half_way = current_over(y, twist_torque, rotor, jerk, u_q, step, time, p)
     k1 = _derivative(y, u_d, u_q, mode, 0.0, time, True, p)
+    held = _derivative(
+        _at_current(_shifted(y, half, k1), y[5]), u_d, u_q, mode, half, time, True, p
+    )
+    jerk = (held[1] - k1[1]) / half
+    end, half_way = current_over(y, twist_torque, k1[1], jerk, u_q, step, time, p)
     y2 = _at_current(_shifted(y, half, k1), half_way)
     k2 = _derivative(y2, u_d, u_q, mode, half, time, True, p)
     y3 = _at_current(_shifted(y, half, k2), half_way)

@@ -61,7 +61,7 @@ def current_over(y, twist_torque, acceleration, jerk, u_q, step, time, p):
     tolerance = _TOLERANCE * p.current_span
     current, speed, gone, area = y[5], y[1], 0.0, 0.0
     piece = step
-    while gone < step:
+    while step - gone > 1e-12 * step:
         piece = min(piece, step - gone)
         seen = _voltage(y, current, twist_torque, u_q, time + gone, p)
         lossy = ports.inverter_resistance(p, current, u_q)
@@ -91,6 +91,4 @@ def current_over(y, twist_torque, acceleration, jerk, u_q, step, time, p):
         gone += piece
         if 8.0 * error < tolerance:
             piece *= 2.0
-        if step - gone < 1e-12 * step:
-            break
     return current, 0.25 * (6.0 * area / step - y[5] - current)

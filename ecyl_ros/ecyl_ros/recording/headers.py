@@ -8,8 +8,8 @@ from collections.abc import Collection
 from .units import dimension_of, plain
 
 _BRACKETED = re.compile(r"[\[(]\s*([^\[\]()]*[^\W\d][^\[\]()]*|[°%])\s*[\])]\s*$")
-_SUFFIX = re.compile(r"_([A-Za-z]+)$")
-_RATE = re.compile(r"_([A-Za-z]+)_(?:per_)?s$")  # `speed_mm_per_s`, `speed_mm_s`
+_SUFFIX = re.compile(r"_([A-Za-z]+(?:_per_[A-Za-z]+)?)$")
+_RATE = re.compile(r"_([A-Za-z]+)_s$")  # `speed_mm_s`
 _CASED = {"ma": "mA", "mv": "mV", "nm": "N m", "kn": "kN", "n": "N", "a": "A", "v": "V"}
 # What stands in round brackets but is no unit.
 _REMARKS = {
@@ -61,7 +61,7 @@ def ending(name: str, dimensions: Collection[str] = ()) -> str:
     found = _SUFFIX.search(name)
     if found is None:
         return ""
-    word, rate = found[1], _RATE.search(name)
+    word, rate = found[1].replace("_per_", "/"), _RATE.search(name)
     if rate is not None and dimension_of(plain(f"{rate[1]}/s")) is not None:
         word = f"{rate[1]}/s"
     for spelling in (_CASED.get(word.lower(), word), word, word.lower()):

@@ -191,7 +191,7 @@ def _jam(truth: Truth, size: Size, rng: np.random.Generator) -> Faulty:
     place = size.middle + float(rng.uniform(-0.2, 0.2)) * size.reach
     width = float(rng.uniform(0.12, 0.25)) * size.reach
     if not size.linear:
-        width = min(width, math.tau)
+        width = min(width, math.tau)  # a place is part of a turn
     level, end = 1.5 * size.level, "m" if size.linear else "rad"
     values = size.effort("coulomb", level) | {f"position_{end}": place, f"width_{end}": width}
     return Faulty(truth._replace(jam=(level, place, width)), values)
