@@ -14,7 +14,7 @@ import time
 from pathlib import Path
 
 import numpy as np
-from graph import SINE, use_private_domain
+from graph import SINE, held_rate, use_private_domain
 from graph_realtime import picture
 from report import ROOT, Report, parser
 from scipy.stats import t as student
@@ -97,12 +97,8 @@ def main() -> None:
     )
     options = made.parse_args()
     use_private_domain()
-    from ecyl_ros.nodes.round_trip import measure
-
     report = Report(f"{options.seconds:g} s in real time")
-    trip = measure(1000.0)
-    rate = options.rate or min(1000.0, trip.rate)
-    report.say(f"  {trip}; the graph runs at {rate:g} Hz")
+    rate, _ = held_rate(report, options.rate)
     every_s = min(10.0, options.seconds / READINGS)
     figures, readings = run(options.seconds, rate, every_s)
     report.target("met_percent", 100 * figures["met_share"], ".3f", "99.5 or more", "ticks met, %")
@@ -120,7 +116,7 @@ def main() -> None:
     report.table(["private memory, MB", "settled", "at the end", "per hour", "+-"], rows)
     picture(options.png, figures, [], rate)
     report.say(f"histogram of jitter in {options.png}")
-    report.figures |= {"graph": figures, "rate_hz": rate}
+    report.figures |= {"graph": figures}
     report.finish(options.json)
 
 

@@ -13,7 +13,7 @@ import time
 from pathlib import Path
 
 import numpy as np
-from graph import use_private_domain
+from graph import held_rate, use_private_domain
 from listening import Listening
 from report import Report, parser
 
@@ -116,18 +116,14 @@ def main() -> None:
     made.add_argument("--seed", type=int, default=1, help="of the instants (default 1)")
     options = made.parse_args()
     use_private_domain()
-    from ecyl_ros.nodes.round_trip import measure
-
     report = Report(f"setpoint to first motion, {options.setpoints} setpoints")
-    trip = measure(1000.0)
-    rate = options.rate or min(1000.0, trip.rate)
-    report.say(f"  {trip}; the graph runs at {rate:g} Hz")
+    rate, p99_s = held_rate(report, options.rate)
     found = [latency_s(*one, rate) for one in collect(rate, options.setpoints, options.seed)]
     seen = np.array([one for one in found if one is not None])
     if not len(seen):
         raise SystemExit("first_motion: no setpoint was answered")
     tick_s = 1.0 / rate
-    bound_s = 2.0 * tick_s + trip.p99_s
+    bound_s = 2.0 * tick_s + p99_s
     quantiles = [float(np.quantile(seen, q)) for q in (0.0, 0.5, 0.9, 1.0)]
     report.say(f"  two ticks and one round trip: {1e3 * bound_s:.2f} ms")
     report.table(
@@ -140,7 +136,7 @@ def main() -> None:
     share = 100.0 * float(np.mean(seen <= bound_s))
     report.target("within_percent", share, ".1f", "100", f"within that, % of {len(seen)}")
     report.say(f"  without an answer that stands out: {len(found) - len(seen)}")
-    report.figures |= {"rate_hz": rate, "p99_s": trip.p99_s, "latency_s": seen.tolist()}
+    report.figures |= {"latency_s": seen.tolist()}
     report.finish(options.json)
 
 

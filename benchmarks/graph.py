@@ -8,7 +8,10 @@ import signal
 import tempfile
 from pathlib import Path
 
+from report import Report
+
 SINE = "sine:amplitude=5e-3,frequency=1"
+FASTEST = 1000.0  # Hz, of profile servo_1khz
 
 
 def use_private_domain() -> int:
@@ -19,6 +22,20 @@ def use_private_domain() -> int:
     domain = 2 + os.getpid() % 99
     os.environ["ROS_DOMAIN_ID"] = str(domain)
     return domain
+
+
+def held_rate(report: Report, asked: float | None) -> tuple[float, float]:
+    """The rate to run a graph at, Hz, and the 99th percentile of the round trip, s; both told.
+
+    asked: that rate; None for what the machine holds by its round trips, 1 kHz at most.
+    """
+    from ecyl_ros.nodes.round_trip import measure
+
+    trip = measure(FASTEST)
+    rate = asked or min(FASTEST, trip.rate)
+    report.say(f"  {trip}; the graph runs at {rate:g} Hz")
+    report.figures |= {"rate_hz": rate, "p99_s": trip.p99_s}
+    return rate, trip.p99_s
 
 
 def run_graph(

@@ -11,13 +11,10 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-from graph import run_graph, use_private_domain
+from graph import held_rate, run_graph, use_private_domain
 from report import ROOT, Report, parser
 from sleepers import EDGES_S, five_at_once
 
-from ecyl_ros.nodes.round_trip import measure
-
-FASTEST = 1000.0  # Hz, of profile servo_1khz
 BAR = 30  # characters of the longest bar
 QUANTILES = ("p50", "p99", "p999", "max")
 
@@ -87,11 +84,7 @@ def main() -> None:
     options = made.parse_args()
     use_private_domain()
     report = Report(f"graph in real time, {options.seconds:g} s")
-    trip = measure(FASTEST)
-    rate = options.rate or min(FASTEST, trip.rate)
-    report.say(
-        f"  {trip}; the graph runs at {rate:g} Hz, a third of a tick {1e6 / rate / 3:.0f} us"
-    )
+    rate, _ = held_rate(report, options.rate)
     graph = run_graph("servo_1khz", options.seconds, realtime=True, rate=rate)
     sleepers = five_at_once(options.seconds, rate)
 
@@ -111,7 +104,6 @@ def main() -> None:
     histogram(report, graph, sleepers)
     picture(options.png, graph, sleepers, rate)
     report.say(f"picture in {options.png}")
-    report.figures |= {"rate_hz": rate, "p99_s": trip.p99_s}
     report.figures |= {"graph": graph, "bare_loops": sleepers, "bare_late_share": bare_late}
     report.finish(options.json)
 

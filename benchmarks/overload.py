@@ -15,7 +15,7 @@ import time
 from pathlib import Path
 
 import numpy as np
-from graph import SINE, use_private_domain
+from graph import SINE, held_rate, use_private_domain
 from listening import Listening
 from report import Report, parser
 
@@ -153,13 +153,8 @@ def main() -> None:
     made.add_argument("--rate", type=float, help="Hz (default: what holds, 1000 at most)")
     options = made.parse_args()
     use_private_domain()
-    from ecyl_ros.nodes.round_trip import measure
-
     report = Report(f"overload and release, {options.seconds:g} s each")
-    trip = measure(1000.0)
-    rate = options.rate or min(1000.0, trip.rate)
-    report.say(f"  {trip}; the graph runs at {rate:g} Hz")
-    report.figures |= {"rate_hz": rate, "p99_s": trip.p99_s}
+    rate, _ = held_rate(report, options.rate)
     run(report, options.seconds, rate, options.per_core)
     report.finish(options.json)
 
