@@ -45,7 +45,14 @@ from .compiling import compiling
 from .direct_executor import DirectExecutor
 from .drive_node import DriveNode
 from .ready_bytes import Incoming, Outgoing
-from .realtime import TickTiming, run_as_others, run_first, watchdog_ns, with_transport_delay
+from .realtime import (
+    Awake,
+    TickTiming,
+    run_as_others,
+    run_first,
+    watchdog_ns,
+    with_transport_delay,
+)
 from .run_node import run_node
 
 START_DELAY_S = 0.5  # real time: from announcing the epoch to the first tick
@@ -104,6 +111,7 @@ class Plant(DriveNode):
         self._previous_ns = -1
         self._epoch_ns: int | None = None
         self._started = 0.0
+        self._awake: Awake | None = None
         self._ended: float | None = None  # without the wait for those who lag behind
         self._commanded_ns = 0  # real time: stamp of the newest command
         self._watchdog_ns = watchdog_ns(self._rate)
@@ -184,6 +192,7 @@ class Plant(DriveNode):
             self._commanded_ns = self._epoch_ns
             self._epoch.publish(wire.to_time(self._epoch_ns))
             self.timing.start(self._started)
+            self._awake = Awake()
             if not run_first():
                 self.get_logger().warning(
                     "the kernel gives no real-time priority (see ulimit -r): ticks will be late "
@@ -402,6 +411,8 @@ class Plant(DriveNode):
         """Leave the figures of the whole run."""
         if self.realtime:
             run_as_others()
+            if self._awake is not None:
+                self._awake.end()
         self._write_summary(self._figures(self.timing.figures(self._tick) if self.realtime else {}))
 
     def _write_summary(self, figures: dict) -> None:

@@ -6,6 +6,7 @@ import contextlib
 import dataclasses
 import math
 import os
+import sys
 from collections import deque
 from collections.abc import Sequence
 from pathlib import Path
@@ -69,6 +70,38 @@ def run_on(processors: set[int]) -> None:
 def run_as_others() -> None:
     """Undo `run_first`."""
     _schedule("SCHED_OTHER", 0)
+
+
+# Linux: the longest that waking a processor may take, us, for as long as the file is held open.
+_LATENCY_FILE = "/dev/cpu_dma_latency"
+
+
+class Awake:
+    """Processors that do not sleep between two ticks, until `end`.
+
+    To wake a sleeping processor takes as long as a round trip, on a virtual machine often many
+    ticks. They poll instead, at the power that takes. `held` is False where the kernel has no such
+    request or refuses it (the file is commonly root's).
+    """
+
+    def __init__(self) -> None:
+        try:
+            self._file: int | None = os.open(_LATENCY_FILE, os.O_WRONLY)
+        except OSError:
+            self._file = None
+        else:
+            os.write(self._file, (0).to_bytes(4, sys.byteorder))
+
+    @property
+    def held(self) -> bool:
+        """Whether the request stands."""
+        return self._file is not None
+
+    def end(self) -> None:
+        """Take the request back; a process that is killed does so, too."""
+        if self._file is not None:
+            os.close(self._file)
+            self._file = None
 
 
 def _schedule(policy: str, priority: int) -> bool:

@@ -235,7 +235,7 @@ def take_part(topic: str, role: str, rate: float) -> int:
     from rclpy.utilities import get_rmw_implementation_identifier
 
     from .direct_executor import make_executor
-    from .realtime import run_first
+    from .realtime import Awake, run_first
 
     rclpy.init(args=[])
     names = ("echo", "ping") if role == "both" else (role,)
@@ -248,7 +248,9 @@ def take_part(topic: str, role: str, rate: float) -> int:
     if ping is None:
         executor.spin()
         return 0
+    awake = Awake()
     executor.spin_until_future_complete(ping.done, PATIENCE_S)
+    awake.end()
     took = sorted(ping.took)
     if len(took) < LEAST:
         return 1
