@@ -46,8 +46,10 @@ def collect(rate: float, count: int, seed: int) -> list[tuple[int, np.ndarray, n
     from ecyl_ros.drive.drive_file import load_drive, resolve_drive
     from ecyl_ros.drive.warm_up import warm_up
     from ecyl_ros.nodes import wire
-    from ecyl_ros.nodes.launcher import NodeProcesses, node_parameters
+    from ecyl_ros.nodes.launcher import NodeProcesses, node_parameters, processors
+    from ecyl_ros.nodes.realtime import run_on
 
+    run_on(processors("analyser"))  # as any node beside the drive: not in the way of the plant
     path = resolve_drive(PROFILE)
     warm_up(load_drive(path))
     heard: list[tuple[int, float]] = []

@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, Any
 from .launcher import CLOSE_PATIENCE_S, STOP_PATIENCE_S, processors
 
 if TYPE_CHECKING:
-    from launch.actions import DeclareLaunchArgument
     from launch.conditions import IfCondition
     from launch.events.process import ProcessExited
     from launch.launch_context import LaunchContext
@@ -24,21 +23,37 @@ if TYPE_CHECKING:
 PACKAGE = "ecyl_ros"
 
 
-def drive_arguments(**described: tuple[str, str]) -> list[DeclareLaunchArgument]:
+def drive_arguments(**described: tuple[str, str]) -> list[LaunchDescriptionEntity]:
     """`drive` and `namespace`, which every launch file takes, and between them its own.
 
-    described: argument -> (default, description).
+    described: argument -> (default, description). What follows them finds in `drive` a file's path.
     """
-    from ament_index_python.packages import get_package_share_directory
-    from launch.actions import DeclareLaunchArgument
+    from launch.actions import DeclareLaunchArgument, OpaqueFunction
 
-    config = Path(get_package_share_directory(PACKAGE), "config")
-    first = {"drive": (str(config / "bench.yaml"), "drive file, a ROS 2 parameter file")}
+    first = {"drive": ("bench", "drive file, a ROS 2 parameter file, or the name of a profile")}
     last = {"namespace": ("", "of all nodes and topics")}
-    return [
+    arguments = [
         DeclareLaunchArgument(name, default_value=default, description=description)
         for name, (default, description) in (first | described | last).items()
     ]
+    return [*arguments, OpaqueFunction(function=_find_drive)]
+
+
+def _find_drive(context: LaunchContext) -> None:
+    """Put the path of the drive file in the place of a profile's name."""
+    from ament_index_python.packages import get_package_share_directory
+
+    given = context.launch_configurations["drive"]
+    if Path(given).is_file():
+        return
+    config = Path(get_package_share_directory(PACKAGE), "config")
+    profiles = {path.stem: path for path in sorted(config.glob("*.yaml"))}
+    if given not in profiles:
+        raise RuntimeError(
+            f"drive:={given}: no such file; expected a ROS 2 parameter file or one of "
+            f"{', '.join(profiles)}"
+        )
+    context.launch_configurations["drive"] = str(profiles[given])
 
 
 def value(name: str, kind: type) -> ParameterValue:
