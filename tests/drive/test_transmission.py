@@ -14,11 +14,16 @@ from ecyl_ros.drive.packed import pack
 from ecyl_ros.drive.transmission import beyond, contact_mode, mode_torque
 
 
-def _params(damping: float = 0.0, stiffness=(100.0, 300.0, 900.0), breaks=(2.0, 5.0)):
+def _params(
+    damping: float = 0.0,
+    stiffness=(100.0, 300.0, 900.0),
+    breaks=(2.0, 5.0),
+    backlash: float = 0.02,
+):
     drive = load_drive("bench")
     transmission = dataclasses.replace(
         drive.transmission,
-        backlash=0.02,
+        backlash=backlash,
         stiffness=stiffness,
         stiffness_breaks=breaks,
         contact_damping=damping,
@@ -60,10 +65,28 @@ def test_contact_never_pulls(twist: float, rate: float) -> None:
         assert torque == 0.0
 
 
-@given(st.floats(-0.2, 0.2), st.floats(-1e3, 1e3), st.integers(-3, 3))
-def test_a_motion_is_beyond_every_mode_but_its_own(twist: float, rate: float, mode: int) -> None:
+@given(st.floats(-0.01, 0.01), st.floats(-1e3, 1e3))
+def test_without_clearance_the_contact_never_parts(twist: float, rate: float) -> None:
+    """Preloaded flanks are a spring with its damper, both ways: C twist + D rate, in one mode."""
+    p = _params(damping=0.5, backlash=0.0)
+    assert contact_mode(twist, rate, p[0]) == 1
+    assert _torque(twist, rate, p) == pytest.approx(100.0 * twist + 0.5 * rate, abs=1e-12)
+    assert beyond(twist, rate, 1, p[0]) <= 0.0
+
+
+@given(
+    st.floats(-0.2, 0.2),
+    st.floats(-1e3, 1e3),
+    st.sampled_from(
+        [(0.02, mode) for mode in range(-3, 4)] + [(0.0, m) for m in (-3, -2, 1, 2, 3)]
+    ),
+)
+def test_a_motion_is_beyond_every_mode_but_its_own(
+    twist: float, rate: float, clearance: tuple[float, int]
+) -> None:
     """`beyond` is above 0 out of a mode and not above it within, up to rounding where two meet."""
-    p = _params(damping=0.5)[0]
+    backlash, mode = clearance
+    p = _params(damping=0.5, backlash=backlash)[0]
     own = contact_mode(twist, rate, p)
     assert beyond(twist, rate, own, p) <= 1e-15
     if mode != own:

@@ -55,7 +55,9 @@ class TransmissionParameters:
     stiffness_breaks: tuple[float, ...] = _quantity(
         "N m", 1e-6, 1e6, "torques where one segment gives way to the next", ()
     )
-    contact_damping: float = _quantity("N m s/rad", 0.0, 1e4, "in contact only, never pulls", 0.0)
+    contact_damping: float = _quantity(
+        "N m s/rad", 0.0, 1e4, "in contact only, pulls only without backlash", 0.0
+    )
 
     @property
     def rod_per_rotor(self) -> float:

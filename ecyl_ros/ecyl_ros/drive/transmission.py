@@ -2,7 +2,8 @@
 
 The transmission is always in one *mode*: 0 when it transmits nothing, +(j + 1) or -(j + 1) when
 segment j of the positive or negative flank carries the torque. Within a mode the torque is linear,
-which is what lets the plant step be of full order between contacts.
+which is what lets the plant step be of full order between contacts. Without clearance both flanks
+touch, preloaded, and the contact never parts: its first segment is one mode on both sides.
 """
 
 from __future__ import annotations
@@ -27,9 +28,12 @@ def contact_mode(twist, twist_rate, p):
     damping alone never makes it pull.
     """
     overlap = abs(twist) - p.half_backlash
+    side = 1 if twist > 0.0 else -1
+    if p.half_backlash <= 0.0:
+        segment = _segment(overlap, p)
+        return side * segment if segment > 1 else 1
     if overlap <= 0.0:
         return 0
-    side = 1 if twist > 0.0 else -1
     mode = side * _segment(overlap, p)
     if side * mode_torque(twist, twist_rate, mode, p) <= 0.0:
         return 0
@@ -67,6 +71,12 @@ def beyond(twist, twist_rate, mode, p):
         return pushed / p.stiffness[touching - 1]
     side = 1 if mode > 0 else -1
     segment = abs(mode) - 1
+    if p.half_backlash <= 0.0:
+        overlap = abs(twist) if segment == 0 else side * twist
+        out = p.deflection_start[segment] - overlap if segment > 0 else -overlap
+        if segment + 1 < p.segments:
+            out = max(out, overlap - p.deflection_start[segment + 1])
+        return out
     overlap = side * twist - p.half_backlash
     out = max(
         p.deflection_start[segment] - overlap,

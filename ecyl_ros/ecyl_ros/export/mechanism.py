@@ -51,7 +51,7 @@ class Contact:
     """Clearance and flank between rotor and rod, counted at the rotor.
 
     rod_per_rotor: m/rad. backlash: total, rad. stiffness: N m/rad. damping: N m s/rad, in contact
-    only, never pulls.
+    only, pulls only where there is no backlash.
     """
 
     rod_per_rotor: float

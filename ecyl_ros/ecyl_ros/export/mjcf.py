@@ -4,7 +4,8 @@ Backlash and flank are the limit of a tendon: between rotor and rod a fixed tend
 twist, free within the clearance. MuJoCo's constraint holds its limit by the acceleration
 -(b v + k r) / d, weighed by the impedance d against what the joints would do of themselves. With
 the smallest impedance that it allows, and k, b scaled by the joints' mobility A, this is the force
-K r + D v to a share d; it pushes and never pulls.
+K r + D v to a share d; it pushes and never pulls. Without clearance the tendon is a spring with its
+damper.
 """
 
 from __future__ import annotations
@@ -14,7 +15,6 @@ from .mechanism import Contact, Joint, Mechanism
 
 ACTUATORS = ("servo", "motor")
 _IMPEDANCE = 1e-4  # the smallest that MuJoCo takes (mjMINIMP)
-_NARROWEST = 1e-9  # rad: MuJoCo refuses a range without width
 _SLIM = 1e-6  # of a hinge's inertia: mass that a body must have beside its inertia
 
 
@@ -78,18 +78,25 @@ def _body(joint: Joint) -> list[str]:
 
 
 def _tendon(contact: Contact, mobility: float) -> list[str]:
-    half = max(0.5 * contact.backlash, _NARROWEST)
-    flank = f"{-contact.stiffness * mobility!r} {-contact.damping * mobility!r}"
-    limits = {
-        "name": "twist",
-        "range": f"{-half!r} {half!r}",
-        "solreflimit": flank,
-        "solimplimit": f"{_IMPEDANCE} {_IMPEDANCE} 0.001 0.5 1",
-    }
+    if contact.backlash > 0.0:
+        half = 0.5 * contact.backlash
+        said = "beyond its range the flanks touch"
+        own = {
+            "range": f"{-half!r} {half!r}",
+            "solreflimit": f"{-contact.stiffness * mobility!r} {-contact.damping * mobility!r}",
+            "solimplimit": f"{_IMPEDANCE} {_IMPEDANCE} 0.001 0.5 1",
+        }
+    else:
+        said = "no clearance, the flanks never part"
+        own = {
+            "springlength": "0",
+            "stiffness": repr(contact.stiffness),
+            "damping": repr(contact.damping),
+        }
     return [
         "  <tendon>",
-        "    <!-- rotor less load, rad at the rotor; beyond its range the flanks touch -->",
-        f"    <fixed {attributes(**limits)}>",
+        f"    <!-- rotor less load, rad at the rotor; {said} -->",
+        f"    <fixed {attributes(name='twist', **own)}>",
         '      <joint joint="rotor" coef="1"/>',
         f'      <joint joint="rod" {attributes(coef=-1.0 / contact.rod_per_rotor)}/>',
         "    </fixed>",
