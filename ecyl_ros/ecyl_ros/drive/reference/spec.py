@@ -38,6 +38,7 @@ _POSITIVE = (
     "acceleration",
     "jerk",
 )
+_BRIEF = 60  # characters
 PEAK_SAMPLES = 20000  # how finely a reference is walked to check it against stroke and speed
 
 
@@ -51,6 +52,11 @@ def usage() -> str:
         ]
         lines.append(f"{name}:{','.join(words)}")
     return "\n".join([*lines, "setpoint", "PATH of a recording, or of a motion (.yaml)"])
+
+
+def _brief(text: str) -> str:
+    """A text as messages repeat it: what was expected must not get lost behind it."""
+    return text if len(text) <= _BRIEF else f"{text[: _BRIEF - 4]} ..."
 
 
 def _value(text: str, item: dataclasses.Field, spec: str) -> Any:
@@ -67,11 +73,13 @@ def _value(text: str, item: dataclasses.Field, spec: str) -> Any:
     if not values or not all(math.isfinite(value) for value in values):
         wanted = "true or false" if kind == "bool" else "a finite number"
         wanted = "numbers like 0.01;0.02;0" if kind.startswith("tuple") else wanted
-        raise InputError(f"reference {spec}: {item.name} = {text!r}, expected {wanted}")
+        raise InputError(
+            f"reference {_brief(spec)}: {item.name} = {_brief(text)!r}, expected {wanted}"
+        )
     if item.name in _POSITIVE and values[0] <= 0.0:
-        raise InputError(f"reference {spec}: {item.name} = {text}, expected more than 0")
+        raise InputError(f"reference {_brief(spec)}: {item.name} = {text}, expected more than 0")
     if item.name == "dwell" and values[0] < 0.0:
-        raise InputError(f"reference {spec}: dwell = {text}, expected 0 s or more")
+        raise InputError(f"reference {_brief(spec)}: dwell = {text}, expected 0 s or more")
     return values if kind.startswith("tuple") else values[0]
 
 
@@ -84,15 +92,17 @@ def _parse(kind_name: str, text: str, limits: LimitParameters, spec: str) -> Ref
         if name not in known or not equals:
             near = difflib.get_close_matches(name, known, n=1)
             hint = f"did you mean {near[0]}?" if near else f"expected {', '.join(known)}"
-            raise InputError(f"reference {spec}: unknown argument {word!r}; {hint}")
+            raise InputError(f"reference {_brief(spec)}: unknown argument {word!r}; {hint}")
         arguments[name] = _value(value, known[name], spec)
     if kind is Moves:  # a move that names no limits uses the drive's
         for name in ("speed", "acceleration", "jerk"):
             arguments.setdefault(name, getattr(limits, name))
     for name, item in known.items():
         if item.default is dataclasses.MISSING and name not in arguments:
+            several = "0.01;0.02;0" if str(item.type).startswith("tuple") else "..."
             raise InputError(
-                f"reference {spec}: {name} is missing; expected {kind_name}:{name}=..."
+                f"reference {_brief(spec)}: {name} is missing; expected "
+                f"{kind_name}:{name}={several}"
             )
     return kind(**arguments)
 
@@ -106,14 +116,14 @@ def check_within_limits(
         position, velocity = reference.sample(index * step)
         if not limits.stroke_min <= position <= limits.stroke_max:
             raise InputError(
-                f"reference {spec}: asks for {position:g} m at {index * step:.3g} s, expected "
-                f"within limits.stroke_min = {limits.stroke_min:g} to "
+                f"reference {_brief(spec)}: asks for {position:g} m at {index * step:.3g} s, "
+                f"expected within limits.stroke_min = {limits.stroke_min:g} to "
                 f"limits.stroke_max = {limits.stroke_max:g} m"
             )
         if abs(velocity) > limits.speed * (1.0 + 1e-9):
             raise InputError(
-                f"reference {spec}: asks for {abs(velocity):g} m/s at {index * step:.3g} s, "
-                f"expected at most limits.speed = {limits.speed:g} m/s"
+                f"reference {_brief(spec)}: asks for {abs(velocity):g} m/s at "
+                f"{index * step:.3g} s, expected at most limits.speed = {limits.speed:g} m/s"
             )
 
 
