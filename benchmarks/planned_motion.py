@@ -11,6 +11,8 @@ measured is what the wrong one leaves above the right one, as the plan counts it
 from __future__ import annotations
 
 import argparse
+import dataclasses
+import math
 import sys
 import time
 
@@ -40,6 +42,7 @@ PAIRS = (
 )
 FACTOR, WANTED = 1.5, 0.9
 PLAYED = ("planned", "moves")
+_STEPS_OF_A_DELAY = 20
 
 
 def main() -> int:
@@ -60,7 +63,7 @@ def main() -> int:
         plan = make_plan(nominal, options.duration, [names], [], {}, signals, [], budget_s=30.0)
         found = {one.motion: one for one in plan.predictions}
         usual = {name: one.apart[0] for name, one in found.items() if name != "planned"}
-        better += found["planned"].apart[0] > max(usual.values())
+        better += found["planned"].apart[0] >= max(usual.values())
         print(
             f"{names[0]} | {names[1]}: planned {found['planned'].apart[0]:.2f}, "
             + ", ".join(f"{name} {value:.2f}" for name, value in usual.items())
@@ -102,9 +105,11 @@ def _measured(
     ticks = round(options.duration * drive.controller.rate) + 1
     shown = np.array([reference.sample(tick / drive.controller.rate) for tick in range(ticks)])
     machine = stage.with_effects({acting.effect: dict(acting.values)}, options.seed)
-    recording = record_machine(
-        machine, stage.nuisances, drive, (shown[:, 0].copy(), shown[:, 1].copy())
-    )
+    # The machine's delays are whole steps of its integrator: small ones need small steps.
+    least_s = acting.values.get("delay_s", math.inf) / _STEPS_OF_A_DELAY
+    steps = max(stage.nuisances.steps_per_tick, math.ceil(1.0 / (drive.controller.rate * least_s)))
+    nuisances = dataclasses.replace(stage.nuisances, steps_per_tick=steps)
+    recording = record_machine(machine, nuisances, drive, (shown[:, 0].copy(), shown[:, 1].copy()))
     fitter = fitter_of(recording, nominal)
     return separation(fitter, acting, other, true_pulls(fitter, stage))
 
