@@ -79,15 +79,15 @@ def test_drag_of_a_spin_one_way_is_told_from_a_level_by_its_run_up() -> None:
     assert value == pytest.approx(1.5e-4, rel=0.05)
 
 
-def test_a_speed_of_another_scale_is_noted() -> None:
-    """Recorded at half the rate of the position: the note says so; at the whole it does not."""
+def test_a_speed_of_another_scale_is_said_first() -> None:
+    """Recorded at half the rate of the position: that is said first; at the whole it is not."""
     m = motion(1.5)
     for factor in (0.5, 1.0):
         recording = recorded(m, 0.02 * m.a, ROTARY, 0.01, 1e-5)
         speed = factor * m.v + 0.01 * np.random.default_rng(8).normal(size=m.v.size)
         recording = dataclasses.replace(recording, rotor_velocity_rad_per_s=speed)
-        notes = " ".join(diagnose(recording, ROTARY).notes)
-        assert ("the recorded speed is 0.5 times the rate of the position" in notes) is (
+        said = diagnose(recording, ROTARY).caution
+        assert ("the recorded speed is 0.5 times the rate of the position" in said) is (
             factor == 0.5
         )
 

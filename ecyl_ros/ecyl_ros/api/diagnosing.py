@@ -118,11 +118,11 @@ def _together(
     found = diagnose_together(
         read, model, mode=mode, sources=sources, drive_name=name, progress=_rest_of(tell)
     )
-    notes, cautions = list[str](), list[str]()
+    notes, signs = list[str](), list[str]()
     for whole, source in zip(read, sources, strict=True):
         notes += [f"{source}: {note.removeprefix(f'{source}: ')}" for note in whole.notes]
-        cautions += [f"{source}: {one.text}" for one in wrong_signs(whole)]
-    return dataclasses.replace(found, notes=(*notes, *found.notes), caution="; ".join(cautions))
+        signs += [f"{source}: {one.text}" for one in wrong_signs(whole)]
+    return _cautioned(found, notes, signs)
 
 
 def _rest_of(tell: Progress) -> Progress:
@@ -154,5 +154,12 @@ def _from_file(
 def _with_notes(diagnosis: Diagnosis, recording: Recording, source: str) -> Diagnosis:
     """What was missing or cut off when the recording was read limits what could be judged."""
     notes = [note.removeprefix(f"{source}: ") for note in recording.notes]
-    caution = "; ".join(one.text for one in wrong_signs(recording))
-    return dataclasses.replace(diagnosis, notes=(*notes, *diagnosis.notes), caution=caution)
+    return _cautioned(diagnosis, notes, [one.text for one in wrong_signs(recording)])
+
+
+def _cautioned(diagnosis: Diagnosis, notes: Sequence[str], signs: Sequence[str]) -> Diagnosis:
+    """With what was noted as the recording was read, and signs that are wrong before all else."""
+    cautions = [*signs, diagnosis.caution] if diagnosis.caution else signs
+    return dataclasses.replace(
+        diagnosis, notes=(*notes, *diagnosis.notes), caution="; ".join(cautions)
+    )

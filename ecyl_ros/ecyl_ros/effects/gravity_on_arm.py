@@ -19,7 +19,7 @@ EFFECT = Effect(
     title="gravity on arm",
     summary="A torque that repeats with the angle of the output, at rest as in motion: a weight "
     "off the axis.",
-    excitation="",
+    excitation="slow motion both ways through as much of a turn as there is",
     parameters=(),
     cylinder=False,  # a straight output has no arm
 )

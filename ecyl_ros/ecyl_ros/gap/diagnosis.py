@@ -245,7 +245,8 @@ class Diagnosis:
         floor_is: what the floor stands for.
         stretches: of a long recording, those that were looked at, by time.
         law: of `described`, the cause that the library lacks.
-        caution: what has to be put right before anything else holds (a signal of the wrong sign).
+        caution: what has to be put right before anything else holds (a signal of the wrong
+            sign, or scale).
         reason: of `not_judgeable`, what recording would do.
         limits: the smallest size of each effect, beside what was found, that the recording would
             have shown; alike: pairs of effects that it hardly tells apart.

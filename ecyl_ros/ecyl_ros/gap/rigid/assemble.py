@@ -111,6 +111,7 @@ def assembled(
         within_sheet=ruling.after / spread if ruling.verdict == "within_sheet" else None,
         reason=ruling.reason,
         limits=rigid_limits(judgement, without),
+        caution=motion.caution,
     )
 
 

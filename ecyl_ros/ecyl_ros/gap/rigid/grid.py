@@ -19,6 +19,7 @@ _FROZEN, _FROZEN_S = 20, 0.25  # samples and seconds for which an effort has to 
 _RUNS = 10  # runs of equal values, with which they are usual
 _LIVELY = 0.5  # share of the other samples at which it changes
 _MOVED = 0.01  # of the travel, that the output has to move meanwhile
+_ROUNDED = 1e-3  # of a sample
 _EVEN = 0.02  # steps of the stamps may differ by this share and still be called even
 
 
@@ -61,7 +62,10 @@ class Taker:
         if known.sum() < 2:
             return np.full(self._grid.size, np.nan)
         times = self._recording.time_s[known]
-        made = np.interp(self._grid, times, values[known], left=np.nan, right=np.nan)
+        # An instant at either end is that of the sample there, but for how stamps are rounded.
+        slack = _ROUNDED / self.rate_hz
+        made = np.interp(self._grid, times, values[known])
+        made[(self._grid < times[0] - slack) | (self._grid > times[-1] + slack)] = np.nan
         after = np.clip(np.searchsorted(times, self._grid), 1, times.size - 1)
         made[times[after] - times[after - 1] > (_LONGEST_GAP + 1.5) / self.rate_hz] = np.nan
         return made

@@ -163,6 +163,11 @@ def joined(motions: Sequence[Motion], sources: Sequence[str]) -> Joined:
             for one, source in zip(motions, sources, strict=True)
             for note in one.notes
         ),
+        "caution": "; ".join(
+            f"{source}: {one.caution}"
+            for one, source in zip(motions, sources, strict=True)
+            if one.caution
+        ),
     }
     return Joined(**values, spans=spans, noise=np.ones(len(spans)))
 

@@ -29,7 +29,7 @@ from .balance import UNMODELLED
 from .beside import shown, with_more
 from .certainty import Certainty
 from .contest import Contest
-from .noise import measurement_noise
+from .noise import acceleration_noise, measurement_noise
 from .null import Null
 from .rest import moving
 from .solution import Solution
@@ -44,6 +44,7 @@ _SWINGS = (
     "another axis that swings at the frequency of the periodic disturbance would look the same: a "
     "recording while the others rest would tell"
 )
+_ACCELERATES = 3.0  # times its noise: then an acceleration is seen
 _FLAT = 0.7  # share of the signal that its floor may have: half of the power is unknown beyond
 
 
@@ -174,9 +175,11 @@ class Judgement:
         at_floor = nominal <= NO_GAP_RATIO * floor
         no_gap = at_floor and not wanders
         if wanders:
+            share = self.floor / self.spread
+            much = f"{100.0 * share:.0f} % of the" if share < 1.0 else "the"
             self.notes.append(
-                f"{100.0 * self.floor / self.spread:.0f} % of the {self.motion.effort_name} does "
-                "not repeat with the motion: it depends on something that was not recorded"
+                f"{much} {self.motion.effort_name} does not repeat with the motion: it depends on "
+                "something that was not recorded"
             )
         strained = bool(self.null.strained(contest.base))
         relieves = strained and not self.null.strained(contest.winner)
@@ -190,7 +193,11 @@ class Judgement:
             causes = self._sure_ones(causes, before, surplus)
             if not causes and best <= _CLOSE * self.floor:
                 reason = self._undecided(contest)
-            contest, named = self.contest, bool(causes)
+            contest = self.contest
+            # What goes with what is not named does not count: the rest has to help by itself.
+            rest = contest.winner.priced(self.judged)
+            relieves = strained and not self.null.strained(contest.winner)
+            named = bool(causes) and (relieves or self._helps(before, rest, surplus))
         if causes and not named and not settled:
             tried = ", ".join(one.title for one in causes)
             self.notes.append(f"closest in the catalogue, but too unsure to be named: {tried}")
@@ -207,6 +214,8 @@ class Judgement:
         shrink = shrink_of(nominal, after, gap) if named or within_sheet else 0.0
         whole = not named or len(self.contest.order) + silent >= len(self.competed)
         signal = float(np.sqrt(np.mean(self.balance.effort[self.judged] ** 2)))
+        if self._shows_nothing in self._void.values() and not named:
+            reason = f"{self._shows_nothing}: a recording in which it drives the motion would do"
         flat = self.floor > _FLAT * signal and after <= STRUCTURELESS * self.floor
         if flat:
             reason = (
@@ -247,7 +256,37 @@ class Judgement:
                 self.balance, self.catalogue.along, self.whole, term, self._bent[term.key], at
             )
             at += term.columns.shape[0]
+            if term.effect == constant_load.EFFECT.name and self._detached:
+                found[term.key] = found[term.key] or self._shows_nothing
         return found
+
+    @cached_property
+    def _detached(self) -> bool:
+        """Whether the effort shows nothing of a motion that speeds up and slows down.
+
+        Neither inertia nor friction, nor anything else that goes with the motion: whatever moves
+        the output, it is not this effort, and its mean is no load.
+        """
+        model, motion = self.catalogue.model, self.motion
+        if model.inertia is not None or any(model.viscous) or any(model.coulomb):
+            return False
+        acceleration = float(np.std(motion.acceleration[motion.usable]))
+        if acceleration < _ACCELERATES * acceleration_noise(motion):
+            return False
+        more, beside = self._beside
+        terms = [one for one in self.whole.free if one.effect != constant_load.EFFECT.name]
+        spans = [(one, self._bent[one.key][0]) for one in terms]
+        spans += [(one, beside[one.key][0]) for one in more]
+        return not any(
+            span.low > 0.0 or (span.high < 0.0 and not one.inertia) for one, span in spans
+        )
+
+    @property
+    def _shows_nothing(self) -> str:
+        return (
+            f"the {self.motion.effort_name} shows nothing of the motion, neither inertia nor "
+            "friction, as at its limit or where something else moves the output"
+        )
 
     def _undecided(self, contest: Contest) -> str:
         """What would tell the like of what was found; empty where nothing sure was found."""

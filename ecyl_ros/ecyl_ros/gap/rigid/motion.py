@@ -68,7 +68,7 @@ class Motion(Course):
             down beyond, so that what is left is white.
         refreshed_s: how often the effort is new, where that is more seldom than it was logged; 0
             else.
-        notes: what was found lacking.
+        notes: what was found lacking. caution: what has to be put right before anything else.
     """
 
     effort_unit: str
@@ -84,6 +84,7 @@ class Motion(Course):
     weight_hz: float = math.inf
     refreshed_s: float = 0.0
     notes: tuple[str, ...] = ()
+    caution: str = ""
     _sos: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 6)))
     _smoothing: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 6)))
 
@@ -264,7 +265,7 @@ def motion_of(
     bandwidth = min(bandwidth, 0.4 * rate)
     cutoff = min(DERIVATIVE * bandwidth, 0.45 * rate)
     sos = butter(ORDER, cutoff, fs=rate, output="sos")
-    by_speed = from_speed
+    by_speed, caution = from_speed, ""
     if from_speed:
         velocity = low_passed(sos, bridged(recorded, known))
         smooth = position
@@ -275,13 +276,17 @@ def motion_of(
         velocity = slope(smooth, rate)
         spread = speed_noise_of(noise, cutoff, rate)
         measured = np.isfinite(recorded)
-        filled = bridged(recorded, measured) if measured[usable].all() else recorded
-        told = told_by_speed(
-            filled, velocity, usable, rate, spread, machine, bandwidth, effort, cutoff, times
-        )
+        seen = usable & wide(measured, rate)
+        complete = bool(measured.any()) and np.array_equal(seen, usable)
+        filled = bridged(recorded, measured) if measured.any() else recorded
+        told = None
+        if complete:
+            told = told_by_speed(
+                filled, velocity, usable, rate, spread, machine, bandwidth, effort, cutoff, times
+            )
         by_speed = told is not None
-        if not by_speed and measured[usable].all():
-            notes += unlike_position(low_passed(sos, filled), velocity, usable)
+        if not by_speed and seen.any():
+            caution = unlike_position(low_passed(sos, filled), velocity, seen)
         if told is not None:
             bandwidth, cutoff, spread = told
             sos = butter(ORDER, cutoff, fs=rate, output="sos")
@@ -319,6 +324,7 @@ def motion_of(
         step=max(1, int(rate / (SAMPLES_PER_PERIOD * bandwidth))),
         refreshed_s=refreshed_s,
         notes=tuple(notes),
+        caution=caution,
         _sos=butter(ORDER, bandwidth, fs=rate, output="sos"),
         _smoothing=sos,
     )

@@ -43,20 +43,20 @@ def unused_motion(recording: Recording, machine: Machine) -> list[str]:
     return notes
 
 
-def unlike_position(recorded: FloatArray, velocity: FloatArray, usable: BoolArray) -> list[str]:
-    """A note where the recorded speed goes with the rate of the position, but as a multiple of it.
+def unlike_position(recorded: FloatArray, velocity: FloatArray, usable: BoolArray) -> str:
+    """Says so where the recorded speed goes with the rate of the position, but as a multiple of it.
 
     Both float64[n], in the same band. One of the two has another unit, scale or gear behind it.
     """
     told, rate = recorded[usable], velocity[usable]
     if not np.isfinite(told).all() or not np.any(told):
-        return []
+        return ""
     together = float(told @ rate)
     alike = together**2 / max(float(told @ told) * float(rate @ rate), 1e-300)
     times = together / max(float(rate @ rate), 1e-300)
     if alike < _ALIKE or abs(times - 1.0) <= _OFF:
-        return []
-    return [
+        return ""
+    return (
         f"the recorded speed is {times:.3g} times the rate of the position, which is relied on: "
-        "check unit, scale and gear of both in the map"
-    ]
+        "unit, scale and gear of both in the map"
+    )

@@ -114,12 +114,11 @@ class _Replayer:
         after = before if self.final is self.base else self._driven(self.final, still)
         shaken = self._driven(self.final, self._push()) if after is not None else None
         if before is None or after is None or shaken is None:
-            return Replay(
-                notes=(
-                    "not replayed: the machine as modelled runs away from the recording; look at "
-                    "the sign and gain of the effort, and at the loop in the drive file",
-                )
-            )
+            looks = "the sign and gain of the effort, and at the loop in the drive file"
+            why = f"the machine as modelled runs away from the recording; look at {looks}"
+            if self.mode == "effort":
+                why = "no loop holds the machine as modelled, and it drifts away from the recording"
+            return Replay(notes=(f"not replayed: {why}",))
         rows = [self._rows(one) for one in (None, before, after, shaken)]
         recorded, nominal, found, noisy = (np.stack(list(one.values())) for one in rows)
         judged = self.judgement.judged & np.isfinite(nominal[0]) & np.isfinite(recorded).all(axis=0)

@@ -1,0 +1,40 @@
+"""An effort that shows nothing of the motion is no load: something else moves the output."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+from rigid_machines import RATE_HZ, ROTARY, along, causes, motion, recorded
+
+from ecyl_ros.gap.diagnose import diagnose
+
+TORQUE_NM, NOISE_NM = 0.9, 0.003
+UNSTATED = dataclasses.replace(ROTARY, inertia=None)
+
+
+def test_a_torque_at_its_limit_while_the_output_swings_is_not_called_a_load() -> None:
+    """Constant whatever the acceleration is: no inertia, no friction, so no cause either."""
+    m = motion(0.8)
+    result = diagnose(recorded(m, np.full(m.t.size, TORQUE_NM), UNSTATED, NOISE_NM, 1e-5), UNSTATED)
+    assert result.verdict == "not_judgeable" and not result.causes
+    assert "the torque shows nothing of the motion" in result.reason
+
+
+def test_a_load_beside_an_inertia_that_shows_is_named() -> None:
+    """The same torque on top of what the acceleration needs is a constant load of that size."""
+    m = motion(0.8)
+    effort = TORQUE_NM + 0.02 * m.a
+    result = diagnose(recorded(m, effort, UNSTATED, NOISE_NM, 1e-5), UNSTATED)
+    load = causes(result)["constant_load"].parameters[0]
+    assert load.low <= TORQUE_NM <= load.high
+
+
+def test_a_last_speed_that_is_missing_does_not_hide_a_scale() -> None:
+    """Recorded at half the rate of the position, one sample not a number: said first of all."""
+    m = along(np.sin(np.arange(int(20.0 * RATE_HZ)) / RATE_HZ))
+    speed = 0.5 * m.v
+    speed[-1] = np.nan
+    recording = recorded(m, 0.02 * m.a, ROTARY, 0.01, 1e-5)
+    recording = dataclasses.replace(recording, rotor_velocity_rad_per_s=speed)
+    assert "the recorded speed is 0.5 times" in diagnose(recording, ROTARY).caution
