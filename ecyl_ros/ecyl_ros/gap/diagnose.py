@@ -33,14 +33,22 @@ def effects_of(drive: DriveParameters | Machine) -> Mapping[str, Any]:
 
 
 def check_input(
-    recording: Recording, drive: DriveParameters | Machine, without: Collection[str], source: str
+    recording: Recording,
+    drive: DriveParameters | Machine,
+    without: Collection[str],
+    source: str,
+    together: bool = False,
 ) -> None:
-    """Raise InputError for an effect in `without` that does not exist, or too short a recording."""
+    """Raise InputError for an effect in `without` that does not exist, or too short a recording.
+
+    together: with others of the same machine, which hold the rest of what is needed.
+    """
     known = effects_of(drive)
     unknown = sorted(set(without) - set(known))
     if unknown:
         raise InputError(f"no effect called {unknown[0]}; expected one of {', '.join(known)}")
-    shortest = _SHORTEST_S if isinstance(drive, DriveParameters) else _SHORTEST_RIGID_S
+    alone = isinstance(drive, DriveParameters) or together
+    shortest = _SHORTEST_S if alone else _SHORTEST_RIGID_S
     # The last sample counts for a period, too: 3000 samples at 1 kHz are 3 s.
     samples = len(recording)
     long_s = recording.duration_s * samples / (samples - 1) if samples > 1 else 0.0

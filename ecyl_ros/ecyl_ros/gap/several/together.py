@@ -61,7 +61,7 @@ def diagnose_together(
             "together; `diagnose` takes one"
         )
     for one, source in zip(recordings, sources, strict=True):
-        check_input(one, drive, without, source)
+        check_input(one, drive, without, source, together=True)
     named: dict[str, Any] = {"sources": sources, "drive_name": drive_name, "tell": tell}
     if isinstance(drive, DriveParameters):
         result = diagnose_cylinders(recordings, drive, without=without, **named)
