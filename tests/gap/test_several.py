@@ -141,7 +141,7 @@ def test_a_signal_that_one_lacks_and_another_kind_of_drive_are_refused() -> None
         ec.diagnose(runs[:1], LINEAR)
     with pytest.raises(InputError, match=r"^x\.mcap: given twice; expected different recordings"):
         ec.diagnose(["x.mcap", "./x.mcap", "y.mcap"], LINEAR)
-    with pytest.raises(InputError, match="long, expected at least 1.5 s"):
+    with pytest.raises(InputError, match=r"long, expected at least 1\.5 s"):
         _together([runs[0], runs[1].slice(0.0, 1.0)])
 
 

@@ -13,7 +13,7 @@ from ..drive.stability import check_stability
 from ..effects.catalogue import CATALOGUE
 from ..recording.signals import Recording
 from .compete.compete import Competition, compete
-from .compete.earn import AT_FLOOR, EXCUSED, at_noise, gone
+from .compete.earn import at_noise, gone
 from .describe.apply import with_description
 from .diagnosis import Candidate, Cause, Diagnosis, FittedParameter, Series, SheetValue
 from .fit.fit import Fit, Fitter
@@ -29,6 +29,7 @@ from .judge.verdict import (
     HELPS,
     NAMED,
     SEEN,
+    STRUCTURELESS,
     Standing,
     alternatives,
     at_floor,
@@ -189,8 +190,8 @@ def assembled(found: Judged, source: str, drive_name: str) -> tuple[Diagnosis, F
     notes += at_bounds
     named = bool(causes) and min(one.confidence for one in causes) >= NAMED
     helps = (in_all(alone) - in_all(winner)) >= HELPS * (in_all(alone) - white)
-    # A few impacts that noise has moved may stand for most of the RMS, and hide what is gone.
-    helps = helps or (place.left <= AT_FLOOR and gone(fitter, winner) >= EXCUSED)
+    # Impacts that noise has moved may stand for most of the RMS, and hide what is gone.
+    helps = helps or (place.left <= STRUCTURELESS and gone(fitter, winner) >= HELPS)
     reason = undecided(causes) if helps and not named else ""
     named = named and helps
     if not named:
