@@ -4,7 +4,14 @@ from __future__ import annotations
 
 import pytest
 
-from ecyl_ros.gap.judge.verdict import NAMED, Standing, confidence, settings, settings_alone
+from ecyl_ros.gap.judge.verdict import (
+    NAMED,
+    Standing,
+    confidence,
+    helped,
+    settings,
+    settings_alone,
+)
 
 
 def test_several_settings_of_one_controller_may_be_one_that_is_not_known() -> None:
@@ -20,3 +27,19 @@ def test_several_settings_of_one_controller_may_be_one_that_is_not_known() -> No
 def test_limits_and_faults_of_the_machine_are_no_settings(name) -> None:
     """They answer otherwise to large than to small motion, as no set of settings does."""
     assert settings([name, "speed_gain_error"]) == ["speed_gain_error"]
+
+
+@pytest.mark.parametrize(
+    ("after", "left", "gone", "wanted"),
+    [
+        (0.4, 2.0, 0.3, True),  # more than half of the RMS
+        (0.6, 1.2, 0.7, True),  # less: but of a sound machine impacts leave as much
+        (0.6, 1.5, 0.7, False),  # more is left than they leave
+        (0.6, 1.2, 0.4, False),  # hardly anything is gone between them
+    ],
+)
+def test_a_set_helps_by_rms_or_by_what_impacts_do_not_hide(
+    after: float, left: float, gone: float, wanted: bool
+) -> None:
+    """A gap of 1 over noise of 0.05: half of it gone, or of the misfit where impacts remain."""
+    assert helped(1.0, after, 0.05, Standing(left, 2.0), gone) is wanted

@@ -26,14 +26,13 @@ from .judge.hidden import without_hidden
 from .judge.intervals import intervals
 from .judge.tolerance import without_traces
 from .judge.verdict import (
-    HELPS,
     NAMED,
     SEEN,
-    STRUCTURELESS,
     Standing,
     alternatives,
     at_floor,
     confidence,
+    helped,
     named_cause,
     ranked,
     ratios,
@@ -189,9 +188,7 @@ def assembled(found: Judged, source: str, drive_name: str) -> tuple[Diagnosis, F
     causes, at_bounds = _causes(found, chain, place, in_all, surplus)
     notes += at_bounds
     named = bool(causes) and min(one.confidence for one in causes) >= NAMED
-    helps = (in_all(alone) - in_all(winner)) >= HELPS * (in_all(alone) - white)
-    # Impacts that noise has moved may stand for most of the RMS, and hide what is gone.
-    helps = helps or (place.left <= STRUCTURELESS and gone(fitter, winner) >= HELPS)
+    helps = helped(in_all(alone), in_all(winner), white, place, gone(fitter, winner))
     reason = undecided(causes) if helps and not named else ""
     named = named and helps
     if not named:

@@ -175,6 +175,19 @@ def standing(competition: Competition, perfect: float) -> Standing:
     return Standing(left, margin / misfit(winner.judged))
 
 
+def helped(before: float, after: float, white: float, place: Standing, gone: float) -> bool:
+    """Whether a set removes enough of the gap for anything to be named.
+
+    By its RMS; or, where impacts that differ by chance stand for most of that, by the squared
+    misfit, if no more is left than of a sound machine with the same causes.
+
+    before, after: RMS without and with the set; white: of noise alone. gone: share of the squared
+    misfit.
+    """
+    by_rms = before - after >= HELPS * (before - white)
+    return by_rms or (place.left <= STRUCTURELESS and gone >= HELPS)
+
+
 def _contains(larger: Fit, smaller: Fit) -> bool:
     """Whether a set holds another as a special case, so that it cannot lose to it by much."""
     for name in smaller.names:
