@@ -72,6 +72,11 @@ def test_digits_of_a_value_follow_its_interval(
     assert q.with_interval(FittedParameter("coulomb_nm", "N m", value, low, high)) == text
 
 
+def test_a_count_has_no_interval() -> None:
+    """Periods per turn are 7, neither 7.00 nor 7 (7 to 7)."""
+    assert q.with_interval(FittedParameter("periods_per_rev", "1", 7.0, 7.0, 7.0)) == "7"
+
+
 def test_a_nominal_value_is_in_the_unit_of_what_was_measured() -> None:
     """Of an inertia found far below its sheet both stand in kg cm^2."""
     one = Measured("inertia_kg_m2", "kg m^2", 0.0034, 0.0001, 0.0066, "all that moves", 0.15)

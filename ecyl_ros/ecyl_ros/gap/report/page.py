@@ -179,7 +179,7 @@ def _parameter(effect: str, one: FittedParameter) -> list[str]:
     return [
         typeset(label),
         f"<b>{typeset(q.joined(value, unit))}</b>",
-        typeset(f"{low} to {high}{note}"),
+        typeset(f"{q.ends(low, high)}{note}"),
         typeset(si),
     ]
 

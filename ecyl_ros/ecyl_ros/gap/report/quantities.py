@@ -163,7 +163,13 @@ def sheet_value(one: SheetValue) -> tuple[str, str, str, str]:
 def with_interval(one: FittedParameter) -> str:
     """For example "0.3802 N m (0.3790 to 0.3814)"."""
     value, low, high, unit = interval(one)
-    return f"{joined(value, unit)} ({low} to {high})"
+    told = joined(value, unit)
+    return told if low == high else f"{told} ({ends(low, high)})"
+
+
+def ends(low: str, high: str) -> str:
+    """An interval by its ends; "-" of a count, which has none."""
+    return "-" if low == high else f"{low} to {high}"
 
 
 def parameter_label(name: str) -> str:

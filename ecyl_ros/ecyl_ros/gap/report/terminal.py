@@ -59,7 +59,7 @@ def _causes(diagnosis: Diagnosis) -> str:
         name = [words.title(one.effect), q.confidence(one.confidence), q.percent(one.shrink)]
         for parameter in one.parameters:
             value, low, high, unit = q.interval(parameter)
-            span = f"{low} to {high}" + (" (bound)" if parameter.at_bound else "")
+            span = q.ends(low, high) + (" (bound)" if parameter.at_bound else "")
             label = q.parameter_label(parameter.name)
             rows.append([name[0], label, q.joined(value, unit), span, name[1], name[2]])
             name = ["", "", ""]
