@@ -71,17 +71,13 @@ def beyond(twist, twist_rate, mode, p):
         return pushed / p.stiffness[touching - 1]
     side = 1 if mode > 0 else -1
     segment = abs(mode) - 1
-    if p.half_backlash <= 0.0:
-        overlap = abs(twist) if segment == 0 else side * twist
-        out = p.deflection_start[segment] - overlap if segment > 0 else -overlap
-        if segment + 1 < p.segments:
-            out = max(out, overlap - p.deflection_start[segment + 1])
-        return out
     overlap = side * twist - p.half_backlash
-    out = max(
-        p.deflection_start[segment] - overlap,
-        -side * mode_torque(twist, twist_rate, mode, p) / p.stiffness[segment],
-    )
+    if p.half_backlash > 0.0:
+        pushed = side * mode_torque(twist, twist_rate, mode, p)
+        out = max(p.deflection_start[segment] - overlap, -pushed / p.stiffness[segment])
+    else:
+        overlap = abs(twist) if segment == 0 else overlap
+        out = p.deflection_start[segment] - overlap
     if segment + 1 < p.segments:
         out = max(out, overlap - p.deflection_start[segment + 1])
     return out

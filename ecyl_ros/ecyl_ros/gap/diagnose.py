@@ -47,8 +47,8 @@ def check_input(
     unknown = sorted(set(without) - set(known))
     if unknown:
         raise InputError(f"no effect called {unknown[0]}; expected one of {', '.join(known)}")
-    alone = isinstance(drive, DriveParameters) or together
-    shortest = _SHORTEST_S if alone else _SHORTEST_RIGID_S
+    rigid_alone = not (isinstance(drive, DriveParameters) or together)
+    shortest = _SHORTEST_RIGID_S if rigid_alone else _SHORTEST_S
     # The last sample counts for a period, too: 3000 samples at 1 kHz are 3 s.
     samples = len(recording)
     long_s = recording.duration_s * samples / (samples - 1) if samples > 1 else 0.0

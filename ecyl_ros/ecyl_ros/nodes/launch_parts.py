@@ -40,7 +40,10 @@ def drive_arguments(**described: tuple[str, str]) -> list[LaunchDescriptionEntit
 
 
 def _find_drive(context: LaunchContext) -> None:
-    """Put the path of the drive file in the place of a profile's name."""
+    """Put the path of the drive file in the place of a profile's name.
+
+    Without `resolve_drive`: the Python that launches need not have what that imports.
+    """
     from ament_index_python.packages import get_package_share_directory
 
     given = context.launch_configurations["drive"]

@@ -73,13 +73,11 @@ def _value(text: str, item: dataclasses.Field, spec: str) -> Any:
     if not values or not all(math.isfinite(value) for value in values):
         wanted = "true or false" if kind == "bool" else "a finite number"
         wanted = "numbers like 0.01;0.02;0" if kind.startswith("tuple") else wanted
-        raise InputError(
-            f"reference {_brief(spec)}: {item.name} = {_brief(text)!r}, expected {wanted}"
-        )
+        raise InputError(f"reference {spec}: {item.name} = {_brief(text)!r}, expected {wanted}")
     if item.name in _POSITIVE and values[0] <= 0.0:
-        raise InputError(f"reference {_brief(spec)}: {item.name} = {text}, expected more than 0")
+        raise InputError(f"reference {spec}: {item.name} = {text}, expected more than 0")
     if item.name == "dwell" and values[0] < 0.0:
-        raise InputError(f"reference {_brief(spec)}: dwell = {text}, expected 0 s or more")
+        raise InputError(f"reference {spec}: dwell = {text}, expected 0 s or more")
     return values if kind.startswith("tuple") else values[0]
 
 
@@ -92,7 +90,7 @@ def _parse(kind_name: str, text: str, limits: LimitParameters, spec: str) -> Ref
         if name not in known or not equals:
             near = difflib.get_close_matches(name, known, n=1)
             hint = f"did you mean {near[0]}?" if near else f"expected {', '.join(known)}"
-            raise InputError(f"reference {_brief(spec)}: unknown argument {word!r}; {hint}")
+            raise InputError(f"reference {spec}: unknown argument {word!r}; {hint}")
         arguments[name] = _value(value, known[name], spec)
     if kind is Moves:  # a move that names no limits uses the drive's
         for name in ("speed", "acceleration", "jerk"):
@@ -101,8 +99,7 @@ def _parse(kind_name: str, text: str, limits: LimitParameters, spec: str) -> Ref
         if item.default is dataclasses.MISSING and name not in arguments:
             several = "0.01;0.02;0" if str(item.type).startswith("tuple") else "..."
             raise InputError(
-                f"reference {_brief(spec)}: {name} is missing; expected "
-                f"{kind_name}:{name}={several}"
+                f"reference {spec}: {name} is missing; expected {kind_name}:{name}={several}"
             )
     return kind(**arguments)
 
@@ -116,13 +113,13 @@ def check_within_limits(
         position, velocity = reference.sample(index * step)
         if not limits.stroke_min <= position <= limits.stroke_max:
             raise InputError(
-                f"reference {_brief(spec)}: asks for {position:g} m at {index * step:.3g} s, "
+                f"reference {spec}: asks for {position:g} m at {index * step:.3g} s, "
                 f"expected within limits.stroke_min = {limits.stroke_min:g} to "
                 f"limits.stroke_max = {limits.stroke_max:g} m"
             )
         if abs(velocity) > limits.speed * (1.0 + 1e-9):
             raise InputError(
-                f"reference {_brief(spec)}: asks for {abs(velocity):g} m/s at "
+                f"reference {spec}: asks for {abs(velocity):g} m/s at "
                 f"{index * step:.3g} s, expected at most limits.speed = {limits.speed:g} m/s"
             )
 
@@ -133,11 +130,12 @@ def make_reference(spec: str, drive: DriveParameters, duration_s: float) -> Refe
     Raises InputError naming the argument at fault, or the file if `spec` is a recording.
     """
     kind_name, _, text = spec.partition(":")
+    named = _brief(spec)
     if kind_name == "setpoint" and not text:
         return SetpointFollower(drive.limits, 1.0 / drive.sample_rate)
     reference: Reference
     if kind_name in KINDS:
-        reference = _parse(kind_name, text, drive.limits, spec)
+        reference = _parse(kind_name, text, drive.limits, named)
         if isinstance(reference, Multisine) and reference.end < max(
             reference.start, reference.base
         ):
@@ -156,5 +154,5 @@ def make_reference(spec: str, drive: DriveParameters, duration_s: float) -> Refe
             f"reference {spec}: neither a recording, a motion file, nor one of "
             f"{', '.join([*KINDS, 'setpoint'])}; expected e.g. sine:amplitude=2e-5,frequency=1"
         )
-    check_within_limits(reference, drive.limits, duration_s, spec)
+    check_within_limits(reference, drive.limits, duration_s, named)
     return reference

@@ -163,8 +163,7 @@ def sheet_value(one: SheetValue) -> tuple[str, str, str, str]:
 def with_interval(one: FittedParameter) -> str:
     """For example "0.3802 N m (0.3790 to 0.3814)"."""
     value, low, high, unit = interval(one)
-    told = joined(value, unit)
-    return told if low == high else f"{told} ({ends(low, high)})"
+    return joined(value, unit) + ("" if low == high else f" ({low} to {high})")
 
 
 def ends(low: str, high: str) -> str:

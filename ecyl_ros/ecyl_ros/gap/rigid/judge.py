@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -29,7 +29,8 @@ from .balance import UNMODELLED
 from .beside import shown, with_more
 from .certainty import Certainty
 from .contest import Contest
-from .noise import acceleration_noise, measurement_noise
+from .detached import nothing_shown, shows_nothing
+from .noise import measurement_noise
 from .null import Null
 from .rest import moving
 from .solution import Solution
@@ -44,7 +45,6 @@ _SWINGS = (
     "another axis that swings at the frequency of the periodic disturbance would look the same: a "
     "recording while the others rest would tell"
 )
-_ACCELERATES = 3.0  # times its noise: then an acceleration is seen
 _FLAT = 0.7  # share of the signal that its floor may have: half of the power is unknown beyond
 
 
@@ -214,8 +214,9 @@ class Judgement:
         shrink = shrink_of(nominal, after, gap) if named or within_sheet else 0.0
         whole = not named or len(self.contest.order) + silent >= len(self.competed)
         signal = float(np.sqrt(np.mean(self.balance.effort[self.judged] ** 2)))
-        if self._shows_nothing in self._void.values() and not named:
-            reason = f"{self._shows_nothing}: a recording in which it drives the motion would do"
+        nothing = nothing_shown(self.motion)
+        if nothing in self._void.values() and not named:
+            reason = f"{nothing}: a recording in which it drives the motion would do"
         flat = self.floor > _FLAT * signal and after <= STRUCTURELESS * self.floor
         if flat:
             reason = (
@@ -257,36 +258,21 @@ class Judgement:
             )
             at += term.columns.shape[0]
             if term.effect == constant_load.EFFECT.name and self._detached:
-                found[term.key] = found[term.key] or self._shows_nothing
+                found[term.key] = found[term.key] or nothing_shown(self.motion)
         return found
 
     @cached_property
     def _detached(self) -> bool:
-        """Whether the effort shows nothing of a motion that speeds up and slows down.
+        return shows_nothing(self.motion, self.catalogue.model, self._but_a_load())
 
-        Neither inertia nor friction, nor anything else that goes with the motion: whatever moves
-        the output, it is not this effort, and its mean is no load.
-        """
-        model, motion = self.catalogue.model, self.motion
-        if model.inertia is not None or any(model.viscous) or any(model.coulomb):
-            return False
-        acceleration = float(np.std(motion.acceleration[motion.usable]))
-        if acceleration < _ACCELERATES * acceleration_noise(motion):
-            return False
+    def _but_a_load(self) -> Iterator[tuple[Term, Interval]]:
+        """What is fitted or shown but a constant load, and the interval of its first parameter."""
+        for one in self.whole.free:
+            if one.effect != constant_load.EFFECT.name:
+                yield one, self._bent[one.key][0]
         more, beside = self._beside
-        terms = [one for one in self.whole.free if one.effect != constant_load.EFFECT.name]
-        spans = [(one, self._bent[one.key][0]) for one in terms]
-        spans += [(one, beside[one.key][0]) for one in more]
-        return not any(
-            span.low > 0.0 or (span.high < 0.0 and not one.inertia) for one, span in spans
-        )
-
-    @property
-    def _shows_nothing(self) -> str:
-        return (
-            f"the {self.motion.effort_name} shows nothing of the motion, neither inertia nor "
-            "friction, as at its limit or where something else moves the output"
-        )
+        for one in more:
+            yield one, beside[one.key][0]
 
     def _undecided(self, contest: Contest) -> str:
         """What would tell the like of what was found; empty where nothing sure was found."""
