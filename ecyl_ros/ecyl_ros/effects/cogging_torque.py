@@ -7,7 +7,7 @@ from .along import Along
 from .effect import Effect, Evidence, Quantity, Start, phase
 from .rigid_form import HUGE, RigidForm, Stem
 from .starts import angular_orders, strongest
-from .term import Term
+from .term import Left, Term
 from .waves import ORDER, nearest_order, over_turn, parts, wave
 
 
@@ -42,6 +42,9 @@ EFFECT = Effect(
 
 
 _ONCE = 0.1  # an order this near to 1 is once per turn
+# The least of a motor: the least common multiple of slots and poles (Hanselman, "Brushless
+# permanent magnet motor design", 2003), of three slots and two poles.
+_LOWEST = 6.0
 
 
 def term(along: Along, order: float) -> Term:
@@ -66,6 +69,11 @@ def _once(order: float, name: str) -> tuple[str, ...]:
     return ("encoder_eccentricity",) if screw else ("encoder_eccentricity", "gravity_on_arm")
 
 
+def _like(along: Along, left: Left, other: Term) -> tuple[float]:
+    """On an arc of a small part of its period it is what the weight of an arm is there."""
+    return (_LOWEST,) if other.effect == "gravity_on_arm" else nearest_order(left, other)
+
+
 RIGID = RigidForm(
     stems=(Stem("amplitude", "level", 0.0, HUGE, "peak"), *ORDER),
     term=term,
@@ -73,7 +81,7 @@ RIGID = RigidForm(
     shape=lambda along, values, effort: (values["wave"] / along.turn.rate,),
     coefficients=lambda values: parts(values["amplitude"], values["phase"]),
     several=True,
-    like=lambda along, left, other: nearest_order(left, other),
+    like=_like,
     twins=("torque_ripple", "periodic_disturbance"),
 )
 

@@ -74,7 +74,7 @@ RIGID = RigidForm(
     term=term,
     tried=lambda along, left: [] if along.machine.linear else [()],
     coefficients=lambda values: parts(values["amplitude"], values["phase"]),
-    twins=("spring_load",),
+    twins=("spring_load", "cogging_torque"),
     void=_void,
     merged=_merged,
 )

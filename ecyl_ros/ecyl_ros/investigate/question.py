@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from ..effects.catalogue import CATALOGUE
+from ..gap.listed import listed
 from ..gap.report import words
 from ..plan.hypotheses import open_in
 
@@ -46,9 +47,9 @@ def question(data: Mapping[str, Any]) -> Question | None:
     found = open_in(data)
     verdict = data["verdict"]
     if found.pairs:
-        listed = words.listed([_pair(one) for one in found.pairs[:_MOST_NAMED]])
+        pairs = listed([_pair(one) for one in found.pairs[:_MOST_NAMED]])
         more = len(found.pairs) - _MOST_NAMED
-        why = f"{listed}{f' and {more} more pairs' if more > 0 else ''}: {found.why}"
+        why = f"{pairs}{f' and {more} more pairs' if more > 0 else ''}: {found.why}"
         return Question(found.pairs, (), found.values, found.signals, why)
     if verdict in _UNDECIDED:
         why = data.get("reason") or f"{words.verdict(verdict).lower()}: no effect comes close"
@@ -62,7 +63,7 @@ def question(data: Mapping[str, Any]) -> Question | None:
             )
         )
         if hidden:
-            named = words.listed([words.title(one) for one in hidden[:_MOST_NAMED]])
+            named = listed([words.title(one) for one in hidden[:_MOST_NAMED]])
             more = len(hidden) - _MOST_NAMED
             why = f"{named}{f' and {more} more' if more > 0 else ''} would not have shown at all"
             return Question((), hidden, {}, found.signals, why)

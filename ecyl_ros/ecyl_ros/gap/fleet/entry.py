@@ -6,6 +6,7 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from ..diagnosis import Diagnosis
+from ..listed import listed
 from ..report import quantities as q
 from ..report import words
 from .find import Found
@@ -88,7 +89,7 @@ class Entry:
     @property
     def cause(self) -> str:
         """The titles of what is named."""
-        return words.listed([words.title(one.effect) for one in self.causes])
+        return listed([words.title(one.effect) for one in self.causes])
 
     @property
     def size(self) -> str:

@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from datetime import UTC, datetime
 
 from ... import __version__
+from ..listed import listed
 from ..report import quantities as q
 from ..report import words
 from ..report.markup import escape, figure, table, typeset
@@ -96,7 +97,7 @@ def _head(entries: Sequence[Entry], folder: str, drive: str) -> str:
     for one in entries:
         kind = "not diagnosed" if one.error else words.verdict(one.verdict).lower()
         counts[kind] = counts.get(kind, 0) + 1
-    said = words.listed([f"{number} {kind}" for kind, number in sorted(counts.items())])
+    said = listed([f"{number} {kind}" for kind, number in sorted(counts.items())])
     machines = len({one.machine for one in entries})
     return (
         f'<header><h1>{len(entries)} recordings</h1><p class="verdict">{typeset(said)}.</p>'

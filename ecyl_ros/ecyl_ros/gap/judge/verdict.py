@@ -13,6 +13,7 @@ from ..compete.compete import Competition
 from ..diagnosis import Candidate, Cause, FittedParameter
 from ..fit.fit import Fit
 from ..fit.robust import cost, misfit
+from ..listed import listed
 from ..replay.hidden import NO_GAP_RATIO
 from ..replay.replay import BoolArray, FloatArray, Replay
 
@@ -115,7 +116,7 @@ def told_by(alike: Sequence[str], motion: str) -> str:
 
 def in_words(names: Sequence[str]) -> str:
     """Names of effects or signals as a sentence lists them."""
-    return " and ".join(one.replace("_", " ") for one in names)
+    return listed([one.replace("_", " ") for one in names])
 
 
 def ranked(pool: Iterable[Candidate]) -> tuple[Candidate, ...]:

@@ -8,6 +8,7 @@ from ..describe.axis import Axis as Table
 from ..describe.description import Description, FloatArray
 from ..describe.words import VARIABLES as SPOKEN
 from ..diagnosis import Diagnosis
+from ..listed import listed
 from . import quantities as q
 from . import words
 from .markup import figure
@@ -32,7 +33,7 @@ def sentence(diagnosis: Diagnosis, law: Description) -> str:
         text += f"; the residual is {q.times(diagnosis.after, diagnosis.floor)} times the noise"
     text += "."
     if law.ports:
-        others = words.listed([one.replace("_", " ") for one in law.ports], "or")
+        others = listed([one.replace("_", " ") for one in law.ports], "or")
         text += f" This recording cannot tell it from the same at the port {others}."
     near = law.resembles
     if near is not None:

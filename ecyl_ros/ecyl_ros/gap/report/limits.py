@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 from ..diagnosis import Diagnosis
 from ..limits.limit import Alike, Limit
+from ..listed import listed
 from . import quantities as q
 from . import words
 
@@ -66,9 +67,9 @@ def sentence(diagnosis: Diagnosis) -> str:
         return ""
     if diagnosis.verdict in ("no_gap", "within_sheet"):
         parts = [f"no {_named(one)} {_of(one, 'above', 'off by more than')}" for one in found]
-        return f"With 95 % confidence there is {words.listed(parts, 'and')}."
+        return f"With 95 % confidence there is {listed(parts, 'and')}."
     parts = [f"{_named(one)} {_of(one, 'of', 'off by')}" for one in found]
-    return f"It would also have shown {words.listed(parts, 'or')} on 95 of 100 machines."
+    return f"It would also have shown {listed(parts, 'or')} on 95 of 100 machines."
 
 
 def _named(one: Limit) -> str:

@@ -10,6 +10,7 @@ from ... import __version__
 from ...effects.catalogue import CATALOGUE
 from ...recording.atomic import write_text
 from ..diagnosis import Cause, Diagnosis, FittedParameter
+from ..listed import listed
 from . import law, limits, pulls, residual, stretch, together, words
 from . import quantities as q
 from .markup import escape, figure, key, table, typeset
@@ -147,7 +148,7 @@ def _cause(one: Cause, several: bool) -> str:
         back = f"without it {q.percent(one.shrink_alone_lost)} of the gap comes back"
         facts.append(("ablation", back))
     if one.alternatives:
-        others = words.listed([words.title(name) for name in one.alternatives], "or")
+        others = listed([words.title(name) for name in one.alternatives], "or")
         facts.append(("could also be", others))
         facts.append(("to tell them apart", one.excitation or "another recording"))
     else:
@@ -363,7 +364,7 @@ def _conditions(diagnosis: Diagnosis) -> str:
 def _frequencies(diagnosis: Diagnosis) -> str:
     if not diagnosis.frequency_hz:
         return ""
-    lines = words.listed([f"{q.number(one)} Hz" for one in diagnosis.frequency_hz])
+    lines = listed([f"{q.number(one)} Hz" for one in diagnosis.frequency_hz])
     return f"<p>Strongest lines of the gap's spectrum: {typeset(lines)}.</p>"
 
 

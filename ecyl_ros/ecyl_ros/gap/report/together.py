@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 from ...effects.catalogue import EFFECTS
 from ..diagnosis import Diagnosis, FittedParameter
+from ..listed import listed
 from ..several.of_recording import OfRecording, OwnValue
 from . import quantities as q
 from . import stretch, words
@@ -23,7 +24,7 @@ def _unseen(diagnosis: Diagnosis) -> str:
     if found is None or not diagnosis.closes or diagnosis.law is not None:
         return ""
     names = {one.source: one.name for one in diagnosis.recordings}
-    others = words.listed([names[one] for one in found.named_on])
+    others = listed([names[one] for one in found.named_on])
     last, share = names[found.source], q.percent(found.shrink)
     off = f"removes {share} of the gap on {last}, which was held out"
     if found.verdict == "within_sheet" and not diagnosis.causes:
@@ -34,7 +35,7 @@ def _unseen(diagnosis: Diagnosis) -> str:
             return f"Named on {others} alone, they {off.replace('removes', 'remove', 1)}."
         return f"Named on {others} alone, it {off}."
     if found.causes:
-        other = words.listed([words.with_article(one) for one in found.causes])
+        other = listed([words.with_article(one) for one in found.causes])
         return f"On {others} alone {other} would be named, which {off}."
     return f"On {others} alone nothing would be named; with {last} it can be."
 
@@ -45,7 +46,7 @@ def _differences(diagnosis: Diagnosis) -> list[str]:
         known = [(one.name, value) for one, value in own if value is not None]
         known = [(name, value) for name, value in known if value.seen]
         if any(value.differs for _, value in known):
-            each = words.listed([f"{_span(value)} in {name}" for name, value in known])
+            each = listed([f"{_span(value)} in {name}" for name, value in known])
             said.append(f"Not the same in all: {label} {each}.")
     return said
 

@@ -6,6 +6,7 @@ import math
 
 from ..diagnosis import Cause, ConditionShare, Diagnosis, SignalGap
 from ..judge.verdict import NO_GAP_RATIO, STRUCTURELESS, shrink_of
+from ..listed import listed
 from . import law as law_words
 from . import quantities as q
 from . import together, words
@@ -154,7 +155,7 @@ def _among_others(one: Cause) -> str:
 def _named(diagnosis: Diagnosis) -> str:
     if len(diagnosis.causes) == 1:
         return _alone(diagnosis.causes[0])
-    return words.listed([_among_others(one) for one in diagnosis.causes])
+    return listed([_among_others(one) for one in diagnosis.causes])
 
 
 def _adding(diagnosis: Diagnosis) -> str:
@@ -175,7 +176,7 @@ def _doubts(diagnosis: Diagnosis) -> str:
     several = len(diagnosis.causes) > 1
     for one in diagnosis.causes:
         if one.alternatives:
-            others = words.listed([words.with_article(name) for name in one.alternatives], "or")
+            others = listed([words.with_article(name) for name in one.alternatives], "or")
             what = f"the {words.title(one.effect)}" if several else "it"
             who = "These recordings" if diagnosis.recordings else "This recording"
             text += f" {who} cannot tell {what} from {others}."
@@ -231,7 +232,7 @@ def _unexplained(diagnosis: Diagnosis) -> str:
         text += f" Effects in {words.block(diagnosis.block)} come closest."
     best = next((one for one in diagnosis.candidates if one.effects), None)
     if best is not None:
-        closest = words.listed([words.with_article(one) for one in best.effects])
+        closest = listed([words.with_article(one) for one in best.effects])
         near = best.judged <= STRUCTURELESS * diagnosis.misfit_perfect
         why = "but not surely enough to be named" if near else "too much to be named"
         text += (

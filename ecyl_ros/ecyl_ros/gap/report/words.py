@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from ...effects.catalogue import CATALOGUE
+from ..listed import listed
 
 _BLOCKS = {
     "motor_electrical": "the motor's electrical side",
@@ -100,10 +101,3 @@ def with_article(effect: str) -> str:
 def effect_set(effects: Sequence[str]) -> str:
     """The titles of a set of effects; the empty set is the nominal model."""
     return listed([title(one) for one in effects]) if effects else "nominal model, nothing added"
-
-
-def listed(parts: Sequence[str], last: str = "and") -> str:
-    """ "a", "a and b", "a, b and c"."""
-    if len(parts) < 2:
-        return "".join(parts)
-    return f"{', '.join(parts[:-1])} {last} {parts[-1]}"
