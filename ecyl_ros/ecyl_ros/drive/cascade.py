@@ -182,13 +182,13 @@ def cascade_step(state, reference, reference_velocity, measured, params, voltage
 
 
 @kernel
-def cascade_tick(state, before, after, phase, every, cubic, measured, params, voltage):
+def cascade_tick(state, before, after, phase, every, measured, params, voltage):
     """Interpolate the reference at `phase` between two samples and run `cascade_step` on it.
 
-    before, after: float64[2], neighbouring reference samples, `every` ticks apart. cubic:
-    float64[CUBIC], scratch. The other arguments are those of `cascade_step`.
+    before, after: float64[2], neighbouring reference samples, `every` ticks apart. The other
+    arguments are those of `cascade_step`.
     """
-    reference_cubic(before, after, every * params[0].tick, cubic)
+    cubic = reference_cubic(before, after, every * params[0].tick)
     position, velocity = interpolate_reference(phase, cubic)
     cascade_step(state, position, velocity, measured, params, voltage)
 

@@ -54,17 +54,26 @@ def _cache_folder() -> str:
     return ""
 
 
-def kernel(function: Callable, *, cache: bool = True, inline: bool = True) -> Callable:
+def kernel(
+    function: Callable, *, cache: bool = True, inline: bool = True, allocates: bool = False
+) -> Callable:
     """Compile `function` when it is first called; with `cache`, keep the machine code on disk.
 
     inline: put it in place of its calls from other kernels. Left to itself the compiler calls most
     of them, and a tick of the drive takes half as long again.
+    allocates: it makes arrays. Others do without Numba's count of references to arrays, which its
+    optimiser leaves in beside any call that could raise: a third of a tick.
     """
     chosen = config.CACHE_DIR  # type: ignore[attr-defined]
     config.CACHE_DIR = chosen or _cache_folder()  # type: ignore[attr-defined]
     try:
-        return njit(
-            cache=cache, fastmath=False, error_model="numpy", nogil=True, forceinline=inline
+        return njit(  # type: ignore[call-overload]
+            cache=cache,
+            fastmath=False,
+            error_model="numpy",
+            nogil=True,
+            forceinline=inline,
+            _nrt=allocates,
         )(function)
     finally:
         config.CACHE_DIR = chosen  # type: ignore[attr-defined]
@@ -73,6 +82,11 @@ def kernel(function: Callable, *, cache: bool = True, inline: bool = True) -> Ca
 def called(function: Callable) -> Callable:
     """A kernel that stays a call: large or seldom needed, it would only take long to compile."""
     return kernel(function, inline=False)
+
+
+def allocating(function: Callable) -> Callable:
+    """A called kernel that makes arrays."""
+    return kernel(function, inline=False, allocates=True)
 
 
 def over_arrays(compiled: Callable) -> Callable:

@@ -13,7 +13,7 @@ import numpy as np
 
 from .cascade import cascade_step, initial_cascade_state
 from .compiled import called
-from .interpolation import CUBIC, interpolate_reference, reference_cubic
+from .interpolation import interpolate_reference, reference_cubic
 from .packed import pack
 from .parameters import DriveParameters
 from .plant import MEASURED, STATE_SIZE, apply_voltage, initial_state, measure, voltage_queue
@@ -36,15 +36,15 @@ def run_ticks(
     voltages on their way to the inverter. samples: float64[n, COLUMNS] to fill at the ticks that
     are whole multiples of `every`. inputs: scratch, float64[len(MEASURED)].
     """
-    cubic = np.empty(CUBIC)
     period = every * params[0].tick
     delay = pending.shape[0] - 1
     index = first_tick // every
     into = first_tick - index * every
+    cubic = reference_cubic(reference[index], reference[index + 1], period)
     for tick in range(first_tick, first_tick + ticks):
         measure(plant, tick, params, inputs)
-        if into == 0 or tick == first_tick:
-            reference_cubic(reference[index], reference[index + 1], period, cubic)
+        if into == 0:
+            cubic = reference_cubic(reference[index], reference[index + 1], period)
         position, velocity = interpolate_reference(into / every, cubic)
         cascade_step(cascade, position, velocity, inputs, params, pending[delay])
         if into == 0:

@@ -11,40 +11,38 @@ import math
 
 from .compiled import kernel
 
-# float64[CUBIC]: position m as c[0] + x (c[1] + x (c[2] + x c[3])), velocity m/s as
-# c[4] + x (c[5] + x c[6]), where x is the phase, 0 to 1.
-CUBIC = 7
-
 
 @kernel
-def reference_cubic(before, after, period, cubic):
-    """Fill `cubic` (float64[CUBIC]) for the way between two samples `period` s apart.
+def reference_cubic(before, after, period):
+    """The way between two samples `period` s apart: seven coefficients c.
+
+    Position m is c[0] + x (c[1] + x (c[2] + x c[3])), velocity m/s c[4] + x (c[5] + x c[6]), where
+    x is the phase, 0 to 1.
 
     before, after: float64[2], position m and velocity m/s of the neighbouring samples. Where a
     velocity is NaN (a publisher that sends positions only) the line between the positions is used.
     """
     rise = after[0] - before[0]
-    cubic[0] = before[0]
     if math.isnan(before[1]) or math.isnan(after[1]):
-        cubic[1] = rise
-        cubic[2] = cubic[3] = cubic[5] = cubic[6] = 0.0
-        cubic[4] = rise / period
-        return
+        return before[0], rise, 0.0, 0.0, rise / period, 0.0, 0.0
     start = before[1] * period
     end = after[1] * period
     square = 3.0 * rise - 2.0 * start - end
     cube = start + end - 2.0 * rise
-    cubic[1] = start
-    cubic[2] = square
-    cubic[3] = cube
-    cubic[4] = before[1]
-    cubic[5] = 2.0 * square / period
-    cubic[6] = 3.0 * cube / period
+    return (
+        before[0],
+        start,
+        square,
+        cube,
+        before[1],
+        2.0 * square / period,
+        3.0 * cube / period,
+    )
 
 
 @kernel
 def interpolate_reference(phase, cubic):
-    """Return (position m, velocity m/s) at `phase` (0 to 1) between the two samples."""
+    """Return (position m, velocity m/s) at `phase` (0 to 1) between two samples; see above."""
     return (
         cubic[0] + phase * (cubic[1] + phase * (cubic[2] + phase * cubic[3])),
         cubic[4] + phase * (cubic[5] + phase * cubic[6]),

@@ -8,7 +8,6 @@ import numpy as np
 
 from .cascade import cascade_tick, initial_cascade_state
 from .engine import simulate
-from .interpolation import CUBIC
 from .packed import pack
 from .parameters import DriveParameters
 from .plant import MEASURED, apply_and_measure, apply_voltage, initial_state, measure, voltage_queue
@@ -29,7 +28,6 @@ def warm_up(drive: DriveParameters) -> float:
         np.zeros(2),
         0.0,
         1,
-        np.zeros(CUBIC),
         measured,
         params,
         voltage,

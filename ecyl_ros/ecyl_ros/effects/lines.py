@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from ..drive.compiled import called
+from ..drive.compiled import allocating
 from .effect import FloatArray
 
 _SAME = 1e-11  # relative: steps of evenly spaced rates differ by rounding
@@ -33,7 +33,7 @@ def explained(
     return np.column_stack([variance, size, np.arctan2(cosine, sine)])
 
 
-@called
+@allocating
 def _inner_products(y, x, g, base, rates, sums):
     """Fill `sums`, float64[rates, 5]: of sine and cosine with themselves, each other and `y`.
 

@@ -12,7 +12,6 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import Header
 
 from ..drive.cascade import CascadeState, cascade_tick, initial_cascade_state, looks_back
-from ..drive.interpolation import CUBIC
 from ..drive.packed import pack
 from ..drive.parameters import DriveParameters
 from ..drive.plant import MEASURED
@@ -47,7 +46,6 @@ class Controller(DriveNode):
         self._params = pack(self.drive)
         self._state = initial_cascade_state(self._params)
         self._measured = np.zeros(len(MEASURED))
-        self._cubic = np.zeros(CUBIC)
         self._voltage = np.zeros(2)
         self._before, self._after = np.zeros(2), np.zeros(2)
         self._before_ns: int | None = None
@@ -206,7 +204,6 @@ class Controller(DriveNode):
             self._after,
             phase,
             self._every,
-            self._cubic,
             self._measured,
             self._params,
             self._voltage,

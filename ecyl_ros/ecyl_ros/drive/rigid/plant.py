@@ -18,7 +18,7 @@ import math
 import numpy as np
 
 from ...effects.rigid_ports import rigid_level, rigid_load, rigid_share
-from ..compiled import kernel
+from ..compiled import allocating, kernel
 from .law import FRICTION, TORQUE, rigid_law
 
 _NEXT_TO_NOUGHT = 1e-300  # speed of a motion that is about to begin
@@ -82,7 +82,7 @@ def step(p, time, position, speed, acceleration, effort, pushed, memory, h):
     return stopped + 0.5 * left * new, new, (new - speed) / h
 
 
-@kernel
+@allocating
 def along(p, time, position, speed, effort, pushed, memory, h):
     """Positions and speeds at the beginning of each step under efforts given per step, both [n].
 

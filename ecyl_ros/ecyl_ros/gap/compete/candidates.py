@@ -45,8 +45,8 @@ _KEPT_RESPONSES = 4  # further sets from responses added up
 _KEPT_JOINED = 4  # and from single effects in shares of their sizes
 _KEPT_CHAINED = 2  # and from the balance of torque
 _SHAKEN_LOOSE = 0.8  # times the least cost of a silent replay
-# Work of replays for each second of the recording: a minute on two cores for the usual 12 s.
-_ENOUGH_WORK_PER_S = 2.2e8
+# Work of replays for each second of the recording: 40 s on two cores for the usual 12 s.
+_ENOUGH_WORK_PER_S = 1.3e8
 _SHEET_STEPS = 12  # of the sheet alone at the most, in each stage
 
 

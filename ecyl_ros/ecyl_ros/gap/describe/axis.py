@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...drive.compiled import kernel
+from ...drive.compiled import allocating
 from ...drive.law import PERIODS
 from ...effects.learned import places
 from ..replay.replay import FloatArray
@@ -65,7 +65,7 @@ class Axis:
         return found
 
 
-@kernel
+@allocating
 def _columns(at, period, values):
     found = np.zeros((at.shape[0], values.shape[0]))
     for index in range(values.shape[0]):

@@ -15,7 +15,7 @@ from scipy.interpolate import CubicSpline
 from scipy.signal import savgol_filter, welch
 
 from ...drive.cascade import cascade_step, initial_cascade_state
-from ...drive.compiled import kernel
+from ...drive.compiled import allocating
 from ..diagnosis import ConditionShare, PortCheck, SignalGap
 from ..fit.fit import Fit
 from ..replay.evidence import Smoother, gather
@@ -105,7 +105,7 @@ def by_frequency(replay: Replay, gap: FloatArray) -> tuple[float, ...]:
     return strongest_lines(frequency, total, 4.0 * level)
 
 
-@kernel
+@allocating
 def _controller_voltage(reference, velocity, angle, speed, current, rod, params, state, out):
     """The cascade fed with measured signals, tick by tick; fills `out` (float64[n]) with u_q."""
     measured = np.zeros(7)

@@ -69,7 +69,7 @@ SIGNALS = (
 _REPLAY_RATE_STEP = 0.45
 _MOST_SUBSTEPS = 40  # per tick: a fit may wander to an absurdly stiff drive
 
-_TICK_COST = 4  # of a control tick beside its sub-steps, in such
+_TICK_COST = 1  # of a control tick beside its sub-steps, in such
 _STIFF_COST = 4  # of a sub-step in which the current goes ahead, in such as have none
 _QUIET_COMMAND = 0.15  # floor of a command without noise, as a share of what noise would make it
 _LOUD = 0.3  # share of the stated noise in the loop from which on its way round is reckoned with

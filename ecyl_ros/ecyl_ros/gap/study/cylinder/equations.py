@@ -285,7 +285,9 @@ def _stepped(value, step):
     return step * math.floor(value / step + 0.5) if step > 0.0 else value
 
 
-@kernel
+_LATE = ("measurement", "actuation")
+
+
 def run(
     record, position, velocity, tick_s, steps_per_tick, every, loop_noise, resolution, torque_noise
 ):
@@ -298,18 +300,54 @@ def run(
     them, 0 for none. torque_noise: float64[ticks], N m on the rotor, or float64[0].
     Stops at the first value that is not finite; the rows from there on are NaN.
     """
+    step = tick_s / steps_per_tick
+    samples = np.full(((len(position) + every - 1) // every, COLUMNS), np.nan)
+    late, held = (round(float(record[f"{one}_delay_s"][0]) / step) for one in _LATE)
+    past, commands = np.zeros((late + 1, 3)), np.zeros(held // steps_per_tick + 2)
+    noise = loop_noise, resolution, torque_noise
+    _fill(
+        samples,
+        past,
+        commands,
+        held,
+        record,
+        position,
+        velocity,
+        tick_s,
+        steps_per_tick,
+        every,
+        *noise,
+    )
+    return samples
+
+
+@kernel
+def _fill(
+    samples,
+    past,
+    commands,
+    held,
+    record,
+    position,
+    velocity,
+    tick_s,
+    steps_per_tick,
+    every,
+    loop_noise,
+    resolution,
+    torque_noise,
+):
+    """See `run`.
+
+    past: float64[n, 3], what the sensors see late, written round and round, an entry per step:
+    angle, speed, rod. commands: on their way to the inverter, for `held` steps.
+    """
     p = record[0]
     ticks = position.shape[0]
     step = tick_s / steps_per_tick
-    samples = np.full(((ticks + every - 1) // every, COLUMNS), np.nan)
-    # What the sensors see late: angle, speed, rod, written round and round, one entry per step.
-    late = round(p.measurement_delay_s / step)
-    past = np.zeros((late + 1, 3))
+    late = past.shape[0] - 1
     past[:, 0] = p.rotor_angle
     past[:, 2] = _rod_scale(p.load_angle, p)
-    # Commands on their way to the inverter.
-    held = round(p.actuation_delay_s / step)
-    commands = np.zeros(held // steps_per_tick + 2)
     y = (p.rotor_angle, p.rotor_speed, p.load_angle, p.load_speed, 0.0, p.load_angle, p.load_speed)
     bristles = (0.0, 0.0, 0.0)
     memory = (0.0, 0.0)
@@ -388,7 +426,7 @@ def run(
             row[CURRENT], row[VOLTAGE], row[ROD] = current, command, rod
             if not (math.isfinite(y[0]) and math.isfinite(y[4])):
                 row[:] = np.nan
-                return samples
+                return
         disturbance = torque_noise[tick] if torque_noise.shape[0] > 0 else 0.0
         for part in range(steps_per_tick):
             sent = count - held
@@ -406,4 +444,3 @@ def run(
             if p.law_port > 0.0:
                 memory = _remembered(memory, y, step, p)
             count += 1
-    return samples

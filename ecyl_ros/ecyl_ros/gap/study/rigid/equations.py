@@ -108,12 +108,14 @@ def _friction(bristle, speed, level, stiffness, damping, m):
 
 
 @kernel
-def _run(m, reference, wanted, noise, resolution, coupling, ticks, out):
-    """Rows of `out`: see `run`; a row a tick of the loop."""
+def _run(m, reference, wanted, noise, resolution, coupling, commands, out):
+    """Rows of `out`: see `run`; a row a tick of the loop.
+
+    commands: scratch, float64[delay in steps + 1].
+    """
     h = STEP_S
     position, speed, bristle, current = reference[0], 0.0, 0.0, 0.0
     integral, acceleration = 0.0, 0.0
-    commands = np.zeros(m.delay_steps + 1)
     last, before = position, position
     period = m.control_steps * h
     stiffness = _bristle_stiffness(m)
@@ -121,7 +123,7 @@ def _run(m, reference, wanted, noise, resolution, coupling, ticks, out):
     settles = math.exp(-h / m.winding[2]) if m.winding[2] > 0.0 else 0.0
     count = 0
     command = 0.0
-    for tick in range(ticks):
+    for tick in range(out.shape[0]):
         seen = position + noise[tick]
         if resolution > 0.0:
             seen = resolution * math.floor(seen / resolution + 0.5)
@@ -183,5 +185,6 @@ def run(
     """
     out = np.empty((reference.size, 6))
     other = np.zeros(reference.size) if coupling is None else coupling
-    _run(truth, reference, wanted, noise, resolution, other, reference.size, out)
+    commands = np.zeros(truth.delay_steps + 1)
+    _run(truth, reference, wanted, noise, resolution, other, commands, out)
     return out
