@@ -55,6 +55,16 @@ def test_over_a_small_arc_a_spring_may_be_the_weight_of_an_arm(reach: float, tol
         assert result.causes or "gravity on arm" in " ".join([result.reason, *result.notes])
 
 
+def test_over_a_few_degrees_cogging_may_be_the_weight_of_an_arm() -> None:
+    """Cogging seven times a turn over three degrees, a slope there: nothing is named, and the
+    reason has both, with the spring that is one, too."""
+    m = motion(0.01)
+    effort = 0.02 * m.a + 0.4 * np.sin(7.0 * m.q + 0.4)
+    result = diagnose(recorded(m, effort, ROTARY, 0.004, 1e-6), ROTARY)
+    assert result.verdict == "not_judgeable" and not result.causes
+    assert all(one in result.reason for one in ("gravity on arm", "cogging torque", "spring load"))
+
+
 def test_a_weight_over_a_small_arc_is_there_all_the_time() -> None:
     """An arm that creeps through 35 degrees and back, to and fro on the way: its weight is named,
     whatever sine of the turn each quarter of the time would prefer on its few degrees."""
