@@ -47,7 +47,7 @@ def collect(rate: float, count: int, seed: int) -> list[tuple[int, np.ndarray, n
     from ecyl_ros.drive.warm_up import warm_up
     from ecyl_ros.nodes import wire
     from ecyl_ros.nodes.launcher import NodeProcesses, node_parameters, processors
-    from ecyl_ros.nodes.realtime import run_on
+    from ecyl_ros.nodes.scheduling import run_on
 
     run_on(processors("analyser"))  # as any node beside the drive: not in the way of the plant
     path = resolve_drive(PROFILE)

@@ -23,8 +23,9 @@ from . import wire
 from .compiling import compiling
 from .drive_node import DriveNode
 from .ready_bytes import Incoming, Outgoing
-from .realtime import run_as_others, run_first, watchdog_ns, with_transport_delay
+from .realtime import watchdog_ns, with_transport_delay
 from .run_node import run_node
+from .scheduling import run_as_others, run_first
 
 BUFFERED_REFERENCES = 4096
 BUFFERED_TICKS = 1024

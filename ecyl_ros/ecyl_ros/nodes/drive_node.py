@@ -20,7 +20,7 @@ from ..drive.drive_file import drive_from_flat, drive_to_flat, key_meaning
 from ..drive.parameters import DriveParameters, leaf_fields
 from ..errors import InputError
 from . import wire
-from .realtime import run_on
+from .scheduling import run_on
 
 WATCH_PERIOD_S = 0.25
 LOOK_PERIOD_S = 0.05

@@ -45,15 +45,9 @@ from .compiling import compiling
 from .direct_executor import DirectExecutor
 from .drive_node import DriveNode
 from .ready_bytes import Incoming, Outgoing
-from .realtime import (
-    Awake,
-    TickTiming,
-    run_as_others,
-    run_first,
-    watchdog_ns,
-    with_transport_delay,
-)
+from .realtime import TickTiming, watchdog_ns, with_transport_delay
 from .run_node import run_node
+from .scheduling import Awake, run_as_others, run_first
 
 START_DELAY_S = 0.5  # real time: from announcing the epoch to the first tick
 # Real time: one loss of voltage may be a controller restarted, a second one the same mishap;

@@ -27,8 +27,8 @@ from ..errors import InputError
 from . import wire
 from .drive_node import DriveNode
 from .ready_bytes import Outgoing
-from .realtime import run_as_others, run_first
 from .run_node import run_node
+from .scheduling import run_as_others, run_first
 
 # Samples ahead of the plant. What a live setpoint changes is said again from the next sample on, so
 # that it acts at once; this many samples bridge a moment in which the machine is busy.

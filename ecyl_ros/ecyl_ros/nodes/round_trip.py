@@ -235,7 +235,7 @@ def take_part(topic: str, role: str, rate: float) -> int:
     from rclpy.utilities import get_rmw_implementation_identifier
 
     from .direct_executor import make_executor
-    from .realtime import Awake, run_first
+    from .scheduling import Awake, run_first
 
     rclpy.init(args=[])
     names = ("echo", "ping") if role == "both" else (role,)
