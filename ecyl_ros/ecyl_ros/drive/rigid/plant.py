@@ -18,7 +18,7 @@ import math
 import numpy as np
 
 from ...effects.rigid_ports import rigid_level, rigid_load, rigid_share
-from ..compiled import allocating, kernel
+from ..compiled import kernel
 from .law import FRICTION, TORQUE, rigid_law
 
 _NEXT_TO_NOUGHT = 1e-300  # speed of a motion that is about to begin
@@ -82,16 +82,20 @@ def step(p, time, position, speed, acceleration, effort, pushed, memory, h):
     return stopped + 0.5 * left * new, new, (new - speed) / h
 
 
-@allocating
 def along(p, time, position, speed, effort, pushed, memory, h):
     """Positions and speeds at the beginning of each step under efforts given per step, both [n].
 
     pushed: [n]. memory: [n, 2], of a law.
     """
-    n = effort.shape[0]
-    positions, speeds = np.empty(n), np.empty(n)
+    positions, speeds = np.empty(len(effort)), np.empty(len(effort))
+    _along(p, time, position, speed, effort, pushed, memory, h, positions, speeds)
+    return positions, speeds
+
+
+@kernel
+def _along(p, time, position, speed, effort, pushed, memory, h, positions, speeds):
     acceleration = 0.0
-    for index in range(n):
+    for index in range(effort.shape[0]):
         positions[index], speeds[index] = position, speed
         position, speed, acceleration = step(
             p,
@@ -104,4 +108,3 @@ def along(p, time, position, speed, effort, pushed, memory, h):
             (memory[index, 0], memory[index, 1]),
             h,
         )
-    return positions, speeds
