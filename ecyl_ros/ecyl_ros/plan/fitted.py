@@ -11,13 +11,15 @@ import math
 from collections.abc import Sequence
 
 from ..drive.reference.base import Reference
-from ..gap.fit.descent import search, settle
+from ..gap.fit.descent import search, settle, sheet_alone
 from ..gap.fit.fit import Fit, Fitter
 from ..gap.fit.robust import cost
 from ..gap.replay.replay import FloatArray
 from ..gap.side_by_side import side_by_side
 from .hypotheses import Hypothesis, Pair
 from .predict import Experiment, fitter_of_motion
+
+_STEPS = 6  # of the sheet alone at the most, in each stage
 
 
 def fitted_separations(
@@ -32,18 +34,33 @@ def fitted_separations(
     straight: both along straight lines, which say which of the two that is.
     """
 
-    def apart(way: tuple[Hypothesis, Hypothesis]) -> float:
-        acting, other = way
-        faulty = {acting.effect: dict(acting.values)}
-        fitter = fitter_of_motion(experiment, reference, duration_s, faulty)
-        right = _begun(fitter, acting, fitter.nominal.pulls)
-        return _above(fitter, right, other, settle(fitter, fitter.nominal))
-
     ways = [
         (one.first, one.second) if there <= back else (one.second, one.first)
         for one, (there, back) in zip(pairs, straight, strict=True)
     ]
-    return side_by_side(apart, ways)
+    groups: dict[str, list[int]] = {}
+    for index, (acting, _) in enumerate(ways):
+        groups.setdefault(acting.key, []).append(index)
+
+    def apart(group: list[int]) -> list[float]:
+        """Of the pairs in which one effect acts: its recording, and its own fit, are the same."""
+        acting = ways[group[0]][0]
+        faulty = {acting.effect: dict(acting.values)}
+        fitter = fitter_of_motion(experiment, reference, duration_s, faulty)
+        right = _begun(fitter, acting, fitter.nominal.pulls)
+        alone = sheet_alone(fitter, fitter.nominal, _STEPS)
+        return side_by_side(
+            lambda index: _above(fitter, right, ways[index][1], alone),
+            group,
+        )
+
+    found = side_by_side(apart, groups.values())
+    by_pair = {
+        index: one
+        for group, made in zip(groups.values(), found, strict=True)
+        for index, one in zip(group, made, strict=True)
+    }
+    return [by_pair[index] for index in range(len(ways))]
 
 
 def separation(fitter: Fitter, acting: Hypothesis, other: Hypothesis, pulls: FloatArray) -> float:
@@ -51,15 +68,17 @@ def separation(fitter: Fitter, acting: Hypothesis, other: Hypothesis, pulls: Flo
 
     pulls: where the constants of the machine lie on the sheet.
     """
-    alone = settle(fitter, fitter.evaluate({}, pulls))
+    alone = sheet_alone(fitter, fitter.evaluate({}, pulls), _STEPS)
     starts = [_begun(fitter, acting, pulls), _searched(fitter, acting, alone)]
-    right = _best(fitter, starts)
+    right = _best(fitter, starts, alone)
     return _above(fitter, right, other, alone)
 
 
 def _above(fitter: Fitter, right: Fit, other: Hypothesis, alone: Fit) -> float:
     """What the other effect leaves above a fit of the one that acts; alone: the sheet's fit."""
-    wrong = _best(fitter, [_searched(fitter, other, alone), _begun(fitter, other, alone.pulls)])
+    wrong = _best(
+        fitter, [_searched(fitter, other, alone), _begun(fitter, other, alone.pulls)], alone
+    )
     # An effect that does worse than the sheet alone would not be taken for anything.
     left = min(_priced(fitter, wrong), _priced(fitter, alone))
     return math.sqrt(max(left - _priced(fitter, right), 0.0))
@@ -73,8 +92,8 @@ def _searched(fitter: Fitter, one: Hypothesis, alone: Fit) -> Fit:
     return search(fitter, _begun(fitter, one, alone.pulls), alone)
 
 
-def _best(fitter: Fitter, starts: Sequence[Fit]) -> Fit:
-    return min((settle(fitter, one) for one in starts), key=lambda one: one.fitted)
+def _best(fitter: Fitter, starts: Sequence[Fit], alone: Fit) -> Fit:
+    return min((settle(fitter, one, alone) for one in starts), key=lambda one: one.fitted)
 
 
 def _priced(fitter: Fitter, fit: Fit) -> float:

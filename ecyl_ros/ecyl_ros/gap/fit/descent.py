@@ -79,9 +79,12 @@ def search(fitter: Fitter, start: Fit, known: Fit) -> Fit:
     return close_in(fitter, approach(fitter, start, known), known)
 
 
-def settle(fitter: Fitter, start: Fit) -> Fit:
-    """Fit on from near the end: from the truth, or from where a search has led."""
-    near = fitter.fit(start, steps=_SETTLING, stage=MEDIUM)
+def settle(fitter: Fitter, start: Fit, known: Fit | None = None) -> Fit:
+    """Fit on from near the end: from the truth, or from where a search has led.
+
+    known: the sheet alone, settled; its derivatives by the sheet are near enough to begin with.
+    """
+    near = fitter.fit(start, steps=_SETTLING, stage=MEDIUM, known=known)
     return fitter.fit(near, steps=_SETTLING, stage=FINE)
 
 
