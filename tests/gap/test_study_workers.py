@@ -13,6 +13,7 @@ from pathlib import Path
 import pytest
 
 from ecyl_ros.analysis.ended_together import ended_together
+from ecyl_ros.analysis.parallel import cores
 from ecyl_ros.gap.study.workers import WorkerDied, in_processes
 
 PROGRAM = """
@@ -95,3 +96,16 @@ def test_all_results_come_and_a_killed_worker_is_said() -> None:
         assert list(in_processes(_square_or_die, [], 2)) == []
         with pytest.raises(WorkerDied):
             list(in_processes(_square_or_die, [1, -1, 2], 2))
+
+
+def _cores_seen(item: int) -> int:
+    return cores()
+
+
+def test_workers_share_the_cores_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each of two workers counts half of this process's cores as its own, and this process all."""
+    monkeypatch.setenv("LOKY_MAX_CPU_COUNT", "4")
+    here = cores()
+    with ended_together():
+        assert set(in_processes(_cores_seen, range(4), 2)) == {max(1, here // 2)}
+    assert cores() == here

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, nullcontext
 from typing import Any, TypeVar
@@ -17,6 +18,7 @@ Argument = TypeVar("Argument")
 Result = TypeVar("Result")
 
 CONNECT_S = 10.0
+_CORES = "LOKY_MAX_CPU_COUNT"  # by which joblib counts a process's cores
 
 
 class WorkerError(Exception):
@@ -88,7 +90,7 @@ def _call(function: Callable[[Any], Any], index: int, argument: Any) -> tuple[in
 def backend(dask: str | None, jobs: int) -> Iterator[dict[str, Any]]:
     """What `joblib.Parallel` takes to run on so many cores, or on a cluster; see `over`."""
     if dask is None:
-        with ended_together(when_done=False) if jobs > 1 else nullcontext():
+        with ended_together(when_done=False) if jobs > 1 else nullcontext(), _shared_out(jobs):
             yield {"n_jobs": jobs}
         return
     try:
@@ -106,8 +108,32 @@ def backend(dask: str | None, jobs: int) -> Iterator[dict[str, Any]]:
     with client:
         if not client.ncores():
             raise InputError(f"--dask {dask}: the scheduler has no workers, expected one or more")
+        client.run(_takes_one_core)
         with parallel_config(backend="dask", client=client):
             yield {"n_jobs": -1}
+
+
+@contextmanager
+def _shared_out(jobs: int) -> Iterator[None]:
+    """Processes started within see their share of this one's cores as theirs.
+
+    Each would have threads for all of them else, which only get in each other's way.
+    """
+    before = os.environ.get(_CORES)
+    if jobs > 1:
+        os.environ[_CORES] = str(max(1, cores() // jobs))
+    try:
+        yield
+    finally:
+        if before is None:
+            os.environ.pop(_CORES, None)
+        else:
+            os.environ[_CORES] = before
+
+
+def _takes_one_core() -> None:
+    """In a worker of a cluster, which runs as many calls at a time as it has threads."""
+    os.environ[_CORES] = "1"
 
 
 def lost_on_cluster(dask: str | None) -> tuple[type[BaseException], ...]:
