@@ -69,7 +69,7 @@ def test_derivatives_hold_nothing_along_it(fitter, fitted) -> None:
 def test_what_is_known_of_it_comes_from_the_sheet(fitter, fitted) -> None:
     """Seven constants of a tolerance of 2 % hold one factor to 2 % over the root of seven: so wide
     are the intervals of friction, load and torque constant, whatever the flanks do."""
-    spans, pulls = intervals(fitted, fitter.rows, fitter.replay.time_s, fitter.sheet)
+    spans, pulls = intervals(fitted, fitter)
     torques = sum(of_torque(one) for one in fitter.sheet.units)
     width = 0.02 / math.sqrt(torques)
     row = fitter.sheet.index("motor.torque_constant")

@@ -277,7 +277,7 @@ def _causes(
     order: list[str] = []
     for fit in chain:
         order += [name for name in fit.names if name not in order]
-    spans, _ = intervals(winner, fitter.rows, fitter.replay.time_s, fitter.sheet)
+    spans, _ = intervals(winner, fitter)
     tuned = settings(winner.names)
     own = settings_alone(tuned)
     causes, notes = [], []
@@ -338,7 +338,7 @@ def sheet_of(fitter: Fitter, final: Fit) -> tuple[SheetValue, ...]:
     sheet = fitter.sheet
     if not len(sheet) or final is fitter.nominal:
         return ()
-    _, halves = intervals(final, fitter.rows, fitter.replay.time_s, sheet)
+    _, halves = intervals(final, fitter)
     found, low, high = (sheet.values(final.pulls + off) for off in (0.0, -halves, halves))
     return tuple(
         SheetValue(

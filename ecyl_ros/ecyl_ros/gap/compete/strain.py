@@ -17,6 +17,7 @@ from ...effects.catalogue import CATALOGUE
 from ..fit.fit import Fit, Fitter, Values
 from ..fit.gram import weighted_products
 from ..fit.robust import robust_weights
+from ..inverse import inverse_of
 from ..replay.replay import FloatArray
 from ..sheet import PULL_PRICE
 
@@ -53,7 +54,7 @@ def strains(fit: Fit, fitter: Fitter) -> list[Strain]:
     pieces = fitter.sheet.evidence / max(float(weight @ residual**2), float(residual.size))
     price = np.diag([0.0] * first + [PULL_PRICE] * len(fit.pulled))
     curvature = pieces * weighted_products(fit.jacobian, weight, residual)[0] + price
-    inverse = np.linalg.pinv(curvature, rcond=1e-12, hermitian=True)
+    inverse = inverse_of(curvature)
     found = []
     for index, row in enumerate(fit.pulled, first):
         # What the recording says of it, as a share of what it and the sheet say together.

@@ -19,7 +19,7 @@ def unclear(fit: Fit, fitter: Fitter) -> dict[str, str]:
     """{effect: why it is no cause} of those effects of a fit that are not clear."""
     if not fit.names:
         return {}
-    spans, _ = intervals(fit, fitter.rows, fitter.replay.time_s, fitter.sheet)
+    spans, _ = intervals(fit, fitter)
     found = {}
     for name in fit.names:
         effect = CATALOGUE[name]

@@ -12,17 +12,23 @@ import numpy as np
 from scipy.stats import t as student
 
 from ...drive.tolerances import CONSTANTS
+from ...effects import actuation_delay, measurement_delay
 from ...effects.catalogue import CATALOGUE
-from ..fit.fit import Fit
+from ..fit.fit import Fit, Fitter
 from ..fit.gram import weighted_products
 from ..fit.robust import robust_weights
+from ..inverse import inverse_of
 from ..replay.replay import BoolArray, FloatArray
-from ..sheet import PULL_PRICE, Sheet
+from ..sheet import PULL_PRICE
 from ..split import STRETCH_S
 
 # Half width, as a share of the value, that no interval falls below: the effect's form and the
 # nominal values beside it are not known better; with this 96 % of the sealed study's hold.
 FORM = 4e-3
+# The same of a delay, as a share of the control tick, within which what is late is held, sampled
+# and stepped otherwise from one drive, or simulator, to the next; by the same study.
+_DELAY_FORM = 0.02
+_DELAYS = (actuation_delay.EFFECT.name, measurement_delay.EFFECT.name)
 
 
 def spreads(
@@ -50,8 +56,8 @@ def spreads(
     hessian, _ = weighted_products(jacobian, weight.ravel(), residual.ravel())
     own = np.diag(price)
     pieces = evidence / max(float(np.sum(weight * residual**2)), float(residual.size))
-    weighed = np.linalg.pinv(pieces * hessian + own, rcond=1e-12, hermitian=True)
-    inverse = np.linalg.pinv(hessian + own, rcond=1e-12, hermitian=True)
+    weighed = inverse_of(pieces * hessian + own)
+    inverse = inverse_of(hessian + own)
     stretch = np.floor(time_s[rows] / STRETCH_S).astype(np.int64)
     pushed = jacobian * (weight * residual).ravel()  # what each sample asks of each coordinate
     scores = pushed.reshape(len(jacobian), gap.shape[0], -1).sum(axis=1)
@@ -63,14 +69,13 @@ def spreads(
     return np.stack([sandwich, inverse, weighed]), count
 
 
-def variances(
-    fit: Fit, rows: BoolArray, time_s: FloatArray, evidence: float
-) -> tuple[FloatArray, int]:
+def _variances(fit: Fit, fitter: Fitter) -> tuple[FloatArray, int]:
     """Variance of each of the fit's coordinates and pulls, and how many stretches it rests on."""
     if fit.jacobian is None:
         return np.zeros(0), 0
     price = np.array([0.0] * len(fit.coordinates) + [PULL_PRICE] * len(fit.pulled))
-    found, count = spreads(fit.jacobian, fit.gap, rows, time_s, evidence, price)
+    evidence, time_s = fitter.sheet.evidence, fitter.replay.time_s
+    found, count = spreads(fit.jacobian, fit.gap, fitter.rows, time_s, evidence, price)
     each = np.diagonal(found, axis1=1, axis2=2)
     variance: FloatArray = each.max(axis=0) if len(fit.pulled) else each[:2].max(axis=0)
     return variance, count
@@ -87,24 +92,28 @@ def _form(effect: str) -> float:
     return FORM if default is None or default.relative == 0.0 else min(FORM, default.relative)
 
 
-def _left_open(effect: str, sheet: Sheet) -> float:
-    """Tolerance of the constant that an effect comes on top of, 0 where it is the constant itself.
+def _left_open(effect: str, fitter: Fitter) -> float:
+    """Half width that an effect's interval does not fall below, in the unit of its parameter.
 
-    A healthy machine may have so much more or less of it; what the effect adds is not known better.
+    Tolerance of the constant that it comes on top of: a healthy machine may have so much more or
+    less of it; what the effect adds is not known better. 0 where it is the constant itself.
     """
+    if effect in _DELAYS:
+        return _DELAY_FORM / fitter.replay.drive.controller.rate
+    sheet = fitter.sheet
     row = sheet.index(CATALOGUE[effect].constant)
     return float(sheet.tolerance[row]) if row is not None and CATALOGUE[effect].on_top else 0.0
 
 
 def intervals(
-    fit: Fit, rows: BoolArray, time_s: FloatArray, sheet: Sheet
+    fit: Fit, fitter: Fitter
 ) -> tuple[dict[tuple[str, str], tuple[float, float]], FloatArray]:
     """95 % intervals of what was fitted.
 
     Returns ({(effect, parameter): (low, high)}, half widths of the pulls float64[k], that of the
     sheet where a constant was not fitted).
     """
-    spread, count = variances(fit, rows, time_s, sheet.evidence)
+    spread, count = _variances(fit, fitter)
     found = {}
     wide = quantile(count)
     for index, one in enumerate(fit.coordinates):
@@ -114,7 +123,7 @@ def intervals(
         form = share if one.logarithmic else share * abs(value) / one.scale
         half = math.hypot(wide * math.sqrt(max(float(spread[index]), 0.0)), form)
         low, high = one.outward(raw - min(half, 50.0)), one.outward(raw + min(half, 50.0))
-        open_ = _left_open(one.effect, sheet)
+        open_ = _left_open(one.effect, fitter)
         if open_ > 0.0:
             middle, half = 0.5 * (low + high), 0.5 * abs(high - low)
             low, high = middle - math.hypot(half, open_), middle + math.hypot(half, open_)

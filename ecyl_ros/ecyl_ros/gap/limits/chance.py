@@ -18,6 +18,7 @@ import numpy as np
 from ...effects.catalogue import CATALOGUE
 from ..compete.earn import AT_FLOOR, LEAST, WORTH
 from ..compete.strain import STRAINED, UNSEEN, effect_of
+from ..inverse import inverse_of
 from ..replay.hidden import NO_GAP_RATIO
 from ..replay.replay import BoolArray, FloatArray
 from .columns import Base
@@ -208,7 +209,7 @@ def without_free(gram: FloatArray, kept: Sequence[bool]) -> FloatArray:
         return gram
     out = gram[np.ix_(~inside, ~inside)]
     across = gram[np.ix_(inside, ~inside)]
-    taken = across @ np.linalg.pinv(out, rcond=1e-10, hermitian=True) @ across.T
+    taken = across @ inverse_of(out) @ across.T
     found: FloatArray = gram[np.ix_(inside, inside)] - taken
     return found
 

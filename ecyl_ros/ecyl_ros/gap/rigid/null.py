@@ -20,6 +20,7 @@ from ...effects.catalogue import RIGID, rigid_forms
 from ...effects.term import Term
 from ..compete.strain import STRAINED, UNSEEN
 from ..diagnosis import BoolArray, FloatArray
+from ..inverse import inverse_of
 from .balance import ROUNDS, Balance
 from .solution import Solution
 from .terms import Catalogue
@@ -118,7 +119,7 @@ class Null:
         columns = self.balance.columns(solution.terms)[self.balance.fitted]
         weights = solution.weights[self.balance.fitted]
         gram = (columns * weights[:, None]).T @ columns / max(solution.share, 1e-300)
-        inverse = np.linalg.pinv(gram + np.diag(solution.prior**2), rcond=1e-12, hermitian=True)
+        inverse = inverse_of(gram + np.diag(solution.prior**2))
         found, at = dict[str, float](), 0
         for term in solution.terms:
             price = (solution.prior[at] * solution.coefficients[at]) ** 2

@@ -102,7 +102,7 @@ def _fitted(fitter: Fitter, replay: JoinedReplay, number: int, fit: Fit) -> Fit:
 
 
 def _of_causes(fit: Fit, fitter: Fitter) -> list[OwnValue]:
-    spans, _ = intervals(fit, fitter.rows, fitter.replay.time_s, fitter.sheet)
+    spans, _ = intervals(fit, fitter)
     hidden = unclear(fit, fitter)
     return [
         OwnValue(
