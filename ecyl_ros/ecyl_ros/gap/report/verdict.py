@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from ..diagnosis import Cause, ConditionShare, Diagnosis, SignalGap
-from ..judge.verdict import NO_GAP_RATIO, STRUCTURELESS, shrink_of
+from ..judge.verdict import EXPLAINED_SHRINK, NO_GAP_RATIO, STRUCTURELESS, shrink_of
 from ..listed import listed
 from . import law as law_words
 from . import quantities as q
@@ -233,7 +233,9 @@ def _unexplained(diagnosis: Diagnosis) -> str:
     best = next((one for one in diagnosis.candidates if one.effects), None)
     if best is not None:
         closest = listed([words.with_article(one) for one in best.effects])
-        near = best.judged <= STRUCTURELESS * diagnosis.misfit_perfect
+        gone, perfect = diagnosis.misfit_before - best.judged, diagnosis.misfit_perfect
+        near = best.judged <= STRUCTURELESS * perfect
+        near = near or gone >= EXPLAINED_SHRINK * (diagnosis.misfit_before - perfect)
         why = "but not surely enough to be named" if near else "too much to be named"
         text += (
             f" The closest candidate is {closest}: "

@@ -106,7 +106,11 @@ class Judgement:
         self.whole = null.fit(contest.order, balance.usable)
         self.spans = balance.intervals(self.whole, balance.usable)
         self._void = self._voids()
-        self.certainty = Certainty(balance, contest, self.judged, floor, catalogue.along)
+        # An effort that wanders by itself does not repeat either: that is no floor, but a gap, and
+        # what is unknown of it may have any form.
+        self.wanders = floor > _WANDERS * self.spread and floor > 3.0 * self.white
+        known = self.white if self.wanders else floor
+        self.certainty = Certainty(balance, contest, self.judged, known, catalogue.along)
         self.notes: list[str] = []
         self._sure: dict[str, tuple[float, float]] = {}
         self._alike: dict[str, tuple[str, ...]] = {}
@@ -170,8 +174,7 @@ class Judgement:
         if all(self._unsure(one) for one in contest.order):
             floor = math.hypot(floor, UNMODELLED * self.spread)
         reason = ""
-        # An effort that wanders by itself does not repeat either: that is no floor, but a gap.
-        wanders = self.floor > _WANDERS * self.spread and self.floor > 3.0 * self.white
+        wanders = self.wanders
         at_floor = nominal <= NO_GAP_RATIO * floor
         no_gap = at_floor and not wanders
         if wanders:
@@ -191,13 +194,13 @@ class Judgement:
         named = bool(causes) and helps and not (settled or at_floor)
         if named and any(self._unsure(one) for one in contest.order):
             causes = self._sure_ones(causes, before, surplus)
-            if not causes and best <= _CLOSE * self.floor:
-                reason = self._undecided(contest)
             contest = self.contest
             # What goes with what is not named does not count: the rest has to help by itself.
             rest = contest.winner.priced(self.judged)
             relieves = strained and not self.null.strained(contest.winner)
             named = bool(causes) and (relieves or self._helps(before, rest, surplus))
+            if not named and best <= _CLOSE * self.floor:
+                reason = self._undecided(closest)
         if causes and not named and not settled:
             tried = ", ".join(one.title for one in causes)
             self.notes.append(f"closest in the catalogue, but too unsure to be named: {tried}")
@@ -213,6 +216,8 @@ class Judgement:
         gap = max(nominal - self.floor, surplus)
         shrink = shrink_of(nominal, after, gap) if named or within_sheet else 0.0
         whole = not named or len(self.contest.order) + silent >= len(self.competed)
+        # Most of what the file leaves is what does not repeat: whatever is named, it stays.
+        whole = whole and not (wanders and nominal < math.sqrt(2.0) * self.floor)
         signal = float(np.sqrt(np.mean(self.balance.effort[self.judged] ** 2)))
         nothing = nothing_shown(self.motion)
         if nothing in self._void.values() and not named:
@@ -389,15 +394,20 @@ class Judgement:
         """Share of the squared gap that each effect's part of the closest fit accounts for.
 
         By its covariance with what is explained, so that the shares add up (Pratt, 1987): what two
-        effects have in common is not lost to both.
+        effects have in common is not lost to both. A constant load is left out for the others: it
+        has no form to err by, and however large it is it makes nothing beside it small.
         """
         balance, winner = self.balance, self.contest.winner
         base = self.contest.base.residual[self.judged]
-        total = max(float(np.mean(base**2)) - self.floor**2, 1e-300)
+        level = constant_load.EFFECT.name
+        levelled = any(one.effect == level for one in self.contest.order)
+        rest = base - np.mean(base) if levelled else base
         found: dict[str, float] = {}
         for term in self.contest.order:
             part = balance.columns([term])[self.judged] @ winner.of(term)
-            share = float(np.mean(part * base)) / total
+            of = base if term.effect == level else rest
+            total = max(float(np.mean(of**2)) - self.floor**2, 1e-300)
+            share = float(np.mean(part * of)) / total
             found[term.effect] = found.get(term.effect, 0.0) + share
         return found
 
