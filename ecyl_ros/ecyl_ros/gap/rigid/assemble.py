@@ -60,6 +60,7 @@ def assembled(
     order = judgement.contest.order
     untold = [one for one in judgement.competed if not any(one is other for other in order)]
     whole = judgement.whole if named else judgement.null.fit([], balance.usable)
+    told = whole if named else contest.base
     best = None
     if named or ruling.verdict == "within_sheet":
         best = closest(along, whole, untold if named else ())
@@ -99,8 +100,9 @@ def assembled(
             *measured(
                 balance,
                 along,
-                whole if named else contest.base,
+                told,
                 named={one.key for one in order} if named else (),
+                floor=floor,
             ),
             *played.measured,
         ),

@@ -39,8 +39,6 @@ from .void import SHEET, SILENT, why_not
 _CLOSE, _HELPS_CLOSE = 5.0, 0.25  # where no more than so many floors are left, less has to be gone
 _WANDERS = 0.05  # share of the effort that may not repeat where there is to be no gap
 _SMALL = 0.03  # share of the gap that an effect has to remove to be named
-# Of the structure that is left, along one effect: what the set could not take is shaped otherwise.
-_BENDS = 0.5
 _SWINGS = (
     "another axis that swings at the frequency of the periodic disturbance would look the same: a "
     "recording while the others rest would tell"
@@ -135,8 +133,7 @@ class Judgement:
         """`spans`, as wide as the structure that is left could bend them."""
         rows = self.balance.usable
         in_motion = moving(rows, self.motion, self.catalogue.along)
-        structure = max(self.whole.rms(in_motion) ** 2 - self.floor**2, 0.0)
-        return self.balance.intervals(self.whole, rows, _BENDS * math.sqrt(structure))
+        return self.balance.intervals(self.whole, rows, self.whole.bends(in_motion, self.floor))
 
     @cached_property
     def _beside(self) -> tuple[list[Term], dict[str, list[Interval]]]:

@@ -23,13 +23,14 @@ from .solution import Solution
 
 
 def measured(
-    balance: Balance, along: Along, closest: Solution, *, named: Collection[str]
+    balance: Balance, along: Along, closest: Solution, *, named: Collection[str], floor: float
 ) -> tuple[Measured, ...]:
     """Nominal and found values together.
 
     closest: fit to all rows of the set whose values they are. named: keys of the terms that are
     causes; beside them then, what every machine may have and this one shows: friction of either
-    kind, a load. Where nothing comes beside them, causes are measured as they are named.
+    kind, a load. Where nothing comes beside them, causes are measured as they are named. floor:
+    standard deviation of what cannot be explained; what is left beyond it widens the intervals.
     """
     model = along.model
     terms = list(closest.free)
@@ -52,7 +53,7 @@ def measured(
     within, fit = where_inertia_holds(balance, along.machine, [*terms, *extra])
     told = balance.intervals(closest, balance.usable)
     scale = GainScale() if "gain" in keys else GainScale.of(told.get("gain"), along)
-    spans = within.intervals(fit, within.usable)
+    spans = within.intervals(fit, within.usable, fit.bends(within.usable, floor))
     spans |= {
         one.key: [scale.scaled(at) for at in spans[one.key]] for one in fit.terms if one.of_effort
     }

@@ -12,6 +12,9 @@ from ...effects.actuation_delay import LAG
 from ...effects.term import Term
 from ..diagnosis import BoolArray, FloatArray
 
+# Of the structure that is left, along one effect: what the set could not take is shaped otherwise.
+_BENDS = 0.5
+
 
 @dataclass(frozen=True, eq=False)
 class Solution:
@@ -64,6 +67,10 @@ class Solution:
     def rms(self, rows: BoolArray) -> float:
         """Of what it leaves on `rows`, bool[m]."""
         return float(np.sqrt(np.mean(self.residual[rows] ** 2)))
+
+    def bends(self, rows: BoolArray, floor: float) -> float:
+        """RMS of what is left on `rows` beyond a floor that may be along any one effect."""
+        return _BENDS * math.sqrt(max(self.rms(rows) ** 2 - floor**2, 0.0))
 
     @property
     def beyond(self) -> set[str]:
