@@ -38,6 +38,7 @@ def read(path: Path, **entry: object) -> Recording:
     [
         ("t,pos [mm]", 1e-3),
         ("t,pos (um)", 1e-6),
+        ("t,pos (in mm)", 1e-3),
         ("t,pos [µm]", 1e-6),
         ("t,pos_mm", 1e-3),
         ("t,pos", 1.0),
@@ -239,3 +240,17 @@ def test_inspect_says_what_is_wrong_with_a_unit(
     assert main(["inspect", str(table(tmp_path, "t,rod_position [foo]"))]) == 0
     out = capsys.readouterr().out
     assert "unit foo is not known; known are m, cm" in out and "rod_position:" not in out
+
+
+def test_a_column_called_time_is_in_seconds_unless_its_steps_say_that_it_is_not(
+    tmp_path: Path,
+) -> None:
+    """Rows 400 apart are in us, and a remark says that this is guessed; rows 1 apart are in s."""
+    for step, unit in ((400, "us"), (1, "s")):
+        rows = "\n".join(f"{step * row},{math.sin(0.01 * row)}" for row in range(300))
+        path = tmp_path / f"{unit}.csv"
+        path.write_text(f"time,rotor_position [rad]\n{rows}\n")
+        proposal = propose(survey(path))
+        assert proposal.map is not None and proposal.map.time is not None
+        assert proposal.map.time.unit == unit
+        assert any("guessed" in one for one in proposal.remarks) == (unit != "s")

@@ -8,6 +8,7 @@ from collections.abc import Collection
 from .units import dimension_of, plain
 
 _BRACKETED = re.compile(r"[\[(]\s*([^\[\]()]*[^\W\d][^\[\]()]*|[°%])\s*[\])]\s*$")
+_IN = re.compile(r"^in\s+(?=\S)", re.IGNORECASE)  # `(in mm)`
 _SUFFIX = re.compile(r"_([A-Za-z]+(?:_per_[A-Za-z]+)?)$")
 _RATE = re.compile(r"_([A-Za-z]+)_s$")  # `speed_mm_s`
 _CASED = {"ma": "mA", "mv": "mV", "nm": "N m", "kn": "kN", "n": "N", "a": "A", "v": "V"}
@@ -35,7 +36,7 @@ def told(name: str, line: str = "") -> str:
     found = _BRACKETED.search(name)
     if found is None:
         return ""
-    word = found[1].strip()
+    word = _IN.sub("", found[1].strip())
     in_round = name.rstrip().endswith(")")
     return "" if in_round and word.lower() in _REMARKS else word
 

@@ -20,7 +20,8 @@ from .units import UNITS, in_si, plain
 from .wrap import find_clock_wrap
 
 _TIME_WORDS = {"time", "timestamp", "stamp", "stamps", "clock", "t", "date", "datetime", "utc"}
-_SHORTEST_S, _LONGEST_S = 5e-6, 0.5  # steps that drives are recorded at
+_SHORTEST_S, _LONGEST_S = 5e-6, 0.2  # steps that drives are recorded at
+_SLOWEST_S = 10.0  # between two rows of what may be a log in s
 _RISES, _EVEN = 50, 0.1  # even steps by which a column is one of instants, and how even they are
 
 
@@ -63,15 +64,16 @@ def table_clock(source: TableSource, topic: str, signal_map: SignalMap | None) -
         elif not column.unit:
             unit = epoch_unit(raw)
             guess = unit or _unit_by_steps(raw)
-            # What is merely called time is in s, unless its size says that it is not.
-            if not unit and bare(column.field).strip().lower() in TIME_COLUMNS:
+            # What is merely called time is in s, unless its size or its steps say that it is not.
+            called = bare(column.field).strip().lower() in TIME_COLUMNS
+            if not unit and called and _step(raw) <= _SLOWEST_S:
                 guess = "s"
             column = dataclasses.replace(column, unit=guess or "s")
             if unit:
                 remarks.append(
                     f"time: {unit} since 1970 is guessed from the size of {column.field}"
                 )
-            elif guess != "s" or bare(column.field).strip().lower() not in TIME_COLUMNS:
+            elif guess != "s" or not called:
                 remarks.append(f"time: {column.unit} is guessed from the steps of {column.field}")
         if column.wrap is None and not dated:
             found = find_clock_wrap(raw.astype(np.float64))
@@ -124,10 +126,15 @@ def _like_one(
 
 def _unit_by_steps(values: NDArray[Any]) -> str:
     """The unit by which a drive's steps of time are sensible; empty where none is."""
-    steps = np.diff(values).astype(np.float64)
-    ahead = steps[steps > 0.0]
-    if not ahead.size:
+    step = _step(values)
+    if not step:
         return ""
-    step = float(np.median(ahead))
     units = ("s", "ms", "us", "ns")
     return next((unit for unit in units if _SHORTEST_S <= step * in_si(unit) <= _LONGEST_S), "")
+
+
+def _step(values: NDArray[Any]) -> float:
+    """The median of the steps forwards; 0 where there are none."""
+    steps = np.diff(values).astype(np.float64)
+    ahead = steps[steps > 0.0]
+    return float(np.median(ahead)) if ahead.size else 0.0
