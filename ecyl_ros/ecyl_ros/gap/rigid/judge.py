@@ -13,7 +13,7 @@ import numpy as np
 from ...effects import constant_load, load_coulomb_friction, load_viscous_friction
 from ...effects.catalogue import EFFECTS, RIGID
 from ...effects.term import Interval, Term
-from ..diagnosis import Cause, FittedParameter
+from ..diagnosis import Cause, FittedParameter, FloatArray
 from ..judge.verdict import (
     HELPS,
     NAMED,
@@ -391,22 +391,21 @@ class Judgement:
         """Share of the squared gap that each effect's part of the closest fit accounts for.
 
         By its covariance with what is explained, so that the shares add up (Pratt, 1987): what two
-        effects have in common is not lost to both. A constant load is left out for the others: it
-        has no form to err by, and however large it is it makes nothing beside it small.
+        effects have in common is not lost to both. Beside a constant load, if that is more, of the
+        gap about its mean: a load has no form to err by, and makes nothing beside it small.
         """
         balance, winner = self.balance, self.contest.winner
         base = self.contest.base.residual[self.judged]
-        level = constant_load.EFFECT.name
-        levelled = any(one.effect == level for one in self.contest.order)
-        rest = base - np.mean(base) if levelled else base
+        loaded = any(one.effect == constant_load.EFFECT.name for one in self.contest.order)
         found: dict[str, float] = {}
         for term in self.contest.order:
             part = balance.columns([term])[self.judged] @ winner.of(term)
-            of = base if term.effect == level else rest
-            total = max(float(np.mean(of**2)) - self.floor**2, 1e-300)
-            share = float(np.mean(part * of)) / total
-            found[term.effect] = found.get(term.effect, 0.0) + share
+            shares = [self._share(part, of) for of in [base, base - np.mean(base)][: 1 + loaded]]
+            found[term.effect] = found.get(term.effect, 0.0) + max(shares)
         return found
+
+    def _share(self, part: FloatArray, gap: FloatArray) -> float:
+        return float(np.mean(part * gap)) / max(float(np.mean(gap**2)) - self.floor**2, 1e-300)
 
     def _unsure(self, term: Term) -> bool:
         """Not to be named: void, unsure of itself or among its like, or small."""
