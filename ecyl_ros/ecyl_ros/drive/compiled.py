@@ -62,7 +62,7 @@ def kernel(
     inline: put it in place of its calls from other kernels. Left to itself the compiler calls most
     of them, and a tick of the drive takes half as long again.
     allocates: it makes arrays. Others do without Numba's count of references to arrays, which its
-    optimiser leaves in beside any call that could raise: a third of a tick.
+    optimiser leaves in beside any call that could raise: half of a tick.
     """
     chosen = config.CACHE_DIR  # type: ignore[attr-defined]
     config.CACHE_DIR = chosen or _cache_folder()  # type: ignore[attr-defined]

@@ -42,7 +42,7 @@ def reference_cubic(before, after, period):
 
 @kernel
 def interpolate_reference(phase, cubic):
-    """Return (position m, velocity m/s) at `phase` (0 to 1) between two samples; see above."""
+    """Return (position m, velocity m/s) at `phase` (0 to 1) along a `reference_cubic`."""
     return (
         cubic[0] + phase * (cubic[1] + phase * (cubic[2] + phase * cubic[3])),
         cubic[4] + phase * (cubic[5] + phase * cubic[6]),

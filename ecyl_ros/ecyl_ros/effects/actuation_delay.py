@@ -11,6 +11,7 @@ from scipy.interpolate import CubicSpline
 
 from ..drive.parameters import DriveParameters
 from .along import Along
+from .delay_form import delay_form
 from .effect import Effect, FloatArray, Quantity
 from .rigid_form import RigidForm, Stem, added
 from .starts import delays
@@ -39,6 +40,7 @@ EFFECT = Effect(
         ),
     ),
     starts=delays("delay_s"),
+    form=delay_form,
     modify=modify,
 )
 

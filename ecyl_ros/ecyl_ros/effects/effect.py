@@ -148,6 +148,8 @@ class Effect:
             top of the nominal value, not the value.
         current_span: current over which it bends the winding's equation, A, where it makes that
             stiff; it then has a port `inverter_resistance`. 0: it does not.
+        form: half width that no interval of its parameters falls below, in their unit, as far as
+            drives differ in how they have it.
         rarity: 0 of what most machines have, one more for every third of those before: where two
             do nearly as well, what is common goes first.
         cylinder: whether a full cylinder may have it.
@@ -168,6 +170,7 @@ class Effect:
     constant: str | None = None
     on_top: bool = False
     current_span: Callable[[Mapping[str, float]], float] = _not_stiff
+    form: Callable[[DriveParameters], float] = _zero
     rarity: int = 0
     cylinder: bool = True
     separated_by: str = ""

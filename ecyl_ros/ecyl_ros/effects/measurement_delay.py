@@ -7,6 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from ..drive.parameters import DriveParameters
+from .delay_form import delay_form
 from .effect import Effect, Quantity
 from .starts import delays
 
@@ -33,5 +34,6 @@ EFFECT = Effect(
         ),
     ),
     starts=delays("delay_s"),
+    form=delay_form,
     modify=modify,
 )

@@ -38,29 +38,23 @@ def fitted_separations(
         (one.first, one.second) if there <= back else (one.second, one.first)
         for one, (there, back) in zip(pairs, straight, strict=True)
     ]
-    groups: dict[str, list[int]] = {}
-    for index, (acting, _) in enumerate(ways):
-        groups.setdefault(acting.key, []).append(index)
+    actings = {acting.key: acting for acting, _ in ways}
 
-    def apart(group: list[int]) -> list[float]:
-        """Of the pairs in which one effect acts: its recording, and its own fit, are the same."""
-        acting = ways[group[0]][0]
+    def begun(acting: Hypothesis) -> tuple[Fitter, Fit, Fit]:
+        """Its recording, its own fit, and the sheet's: those of all pairs in which it acts."""
         faulty = {acting.effect: dict(acting.values)}
         fitter = fitter_of_motion(experiment, reference, duration_s, faulty)
         right = _begun(fitter, acting, fitter.nominal.pulls)
-        alone = sheet_alone(fitter, fitter.nominal, _STEPS)
-        return side_by_side(
-            lambda index: _above(fitter, right, ways[index][1], alone),
-            group,
-        )
+        return fitter, right, sheet_alone(fitter, fitter.nominal, _STEPS)
 
-    found = side_by_side(apart, groups.values())
-    by_pair = {
-        index: one
-        for group, made in zip(groups.values(), found, strict=True)
-        for index, one in zip(group, made, strict=True)
-    }
-    return [by_pair[index] for index in range(len(ways))]
+    known = dict(zip(actings, side_by_side(begun, actings.values()), strict=True))
+
+    def apart(way: tuple[Hypothesis, Hypothesis]) -> float:
+        acting, other = way
+        fitter, right, alone = known[acting.key]
+        return _above(fitter, right, other, alone)
+
+    return side_by_side(apart, ways)
 
 
 def separation(fitter: Fitter, acting: Hypothesis, other: Hypothesis, pulls: FloatArray) -> float:
@@ -76,9 +70,8 @@ def separation(fitter: Fitter, acting: Hypothesis, other: Hypothesis, pulls: Flo
 
 def _above(fitter: Fitter, right: Fit, other: Hypothesis, alone: Fit) -> float:
     """What the other effect leaves above a fit of the one that acts; alone: the sheet's fit."""
-    wrong = _best(
-        fitter, [_searched(fitter, other, alone), _begun(fitter, other, alone.pulls)], alone
-    )
+    starts = [_searched(fitter, other, alone), _begun(fitter, other, alone.pulls)]
+    wrong = _best(fitter, starts, alone)
     # An effect that does worse than the sheet alone would not be taken for anything.
     left = min(_priced(fitter, wrong), _priced(fitter, alone))
     return math.sqrt(max(left - _priced(fitter, right), 0.0))

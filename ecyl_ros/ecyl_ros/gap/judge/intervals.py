@@ -12,7 +12,6 @@ import numpy as np
 from scipy.stats import t as student
 
 from ...drive.tolerances import CONSTANTS
-from ...effects import actuation_delay, measurement_delay
 from ...effects.catalogue import CATALOGUE
 from ..fit.fit import Fit, Fitter
 from ..fit.gram import weighted_products
@@ -25,10 +24,6 @@ from ..split import STRETCH_S
 # Half width, as a share of the value, that no interval falls below: the effect's form and the
 # nominal values beside it are not known better; with this 96 % of the sealed study's hold.
 FORM = 4e-3
-# The same of a delay, as a share of the control tick, within which what is late is held, sampled
-# and stepped otherwise from one drive, or simulator, to the next; by the same study.
-_DELAY_FORM = 0.02
-_DELAYS = (actuation_delay.EFFECT.name, measurement_delay.EFFECT.name)
 
 
 def spreads(
@@ -96,13 +91,13 @@ def _left_open(effect: str, fitter: Fitter) -> float:
     """Half width that an effect's interval does not fall below, in the unit of its parameter.
 
     Tolerance of the constant that it comes on top of: a healthy machine may have so much more or
-    less of it; what the effect adds is not known better. 0 where it is the constant itself.
+    less of it; what the effect adds is not known better. Else its form, commonly 0.
     """
-    if effect in _DELAYS:
-        return _DELAY_FORM / fitter.replay.drive.controller.rate
-    sheet = fitter.sheet
-    row = sheet.index(CATALOGUE[effect].constant)
-    return float(sheet.tolerance[row]) if row is not None and CATALOGUE[effect].on_top else 0.0
+    one, sheet = CATALOGUE[effect], fitter.sheet
+    row = sheet.index(one.constant)
+    if row is not None and one.on_top:
+        return float(sheet.tolerance[row])
+    return one.form(fitter.replay.drive)
 
 
 def intervals(

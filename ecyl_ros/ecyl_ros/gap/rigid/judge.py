@@ -396,12 +396,14 @@ class Judgement:
         """
         balance, winner = self.balance, self.contest.winner
         base = self.contest.base.residual[self.judged]
-        loaded = any(one.effect == constant_load.EFFECT.name for one in self.contest.order)
+        gaps = [base]
+        if any(one.effect == constant_load.EFFECT.name for one in self.contest.order):
+            gaps.append(base - np.mean(base))
         found: dict[str, float] = {}
         for term in self.contest.order:
             part = balance.columns([term])[self.judged] @ winner.of(term)
-            shares = [self._share(part, of) for of in [base, base - np.mean(base)][: 1 + loaded]]
-            found[term.effect] = found.get(term.effect, 0.0) + max(shares)
+            share = max(self._share(part, gap) for gap in gaps)
+            found[term.effect] = found.get(term.effect, 0.0) + share
         return found
 
     def _share(self, part: FloatArray, gap: FloatArray) -> float:

@@ -285,9 +285,6 @@ def _stepped(value, step):
     return step * math.floor(value / step + 0.5) if step > 0.0 else value
 
 
-_LATE = ("measurement", "actuation")
-
-
 def run(
     record, position, velocity, tick_s, steps_per_tick, every, loop_noise, resolution, torque_noise
 ):
@@ -302,46 +299,24 @@ def run(
     """
     step = tick_s / steps_per_tick
     samples = np.full(((len(position) + every - 1) // every, COLUMNS), np.nan)
-    late, held = (round(float(record[f"{one}_delay_s"][0]) / step) for one in _LATE)
+    late = round(float(record["measurement_delay_s"][0]) / step)
+    held = round(float(record["actuation_delay_s"][0]) / step)
     past, commands = np.zeros((late + 1, 3)), np.zeros(held // steps_per_tick + 2)
-    noise = loop_noise, resolution, torque_noise
-    _fill(
-        samples,
-        past,
-        commands,
-        held,
-        record,
-        position,
-        velocity,
-        tick_s,
-        steps_per_tick,
-        every,
-        *noise,
-    )
+    timing, noise = (tick_s, steps_per_tick, every), (loop_noise, resolution, torque_noise)
+    _fill(samples, past, commands, held, record, position, velocity, timing, noise)
     return samples
 
 
 @kernel
-def _fill(
-    samples,
-    past,
-    commands,
-    held,
-    record,
-    position,
-    velocity,
-    tick_s,
-    steps_per_tick,
-    every,
-    loop_noise,
-    resolution,
-    torque_noise,
-):
+def _fill(samples, past, commands, held, record, position, velocity, timing, noise):
     """See `run`.
 
     past: float64[n, 3], what the sensors see late, written round and round, an entry per step:
-    angle, speed, rod. commands: on their way to the inverter, for `held` steps.
+    angle, speed, rod. commands: on their way to the inverter, for `held` steps. timing, noise: the
+    other arguments of `run`.
     """
+    tick_s, steps_per_tick, every = timing
+    loop_noise, resolution, torque_noise = noise
     p = record[0]
     ticks = position.shape[0]
     step = tick_s / steps_per_tick
@@ -373,13 +348,13 @@ def _fill(
         place = (count + 1) % (late + 1)  # the oldest entry
         loop_angle, loop_speed, loop_rod = past[place, 0], past[place, 1], past[place, 2]
         if loop_noise.shape[0] > 0:
-            noise = loop_noise[tick]
-            angle = _stepped(angle + noise[0], resolution[0])
-            loop_angle = _stepped(loop_angle + noise[0], resolution[0])
-            speed, loop_speed = speed + noise[1], loop_speed + noise[1]
-            current += noise[2]
-            rod = _stepped(rod + noise[3], resolution[1])
-            loop_rod = _stepped(loop_rod + noise[3], resolution[1])
+            drawn = loop_noise[tick]
+            angle = _stepped(angle + drawn[0], resolution[0])
+            loop_angle = _stepped(loop_angle + drawn[0], resolution[0])
+            speed, loop_speed = speed + drawn[1], loop_speed + drawn[1]
+            current += drawn[2]
+            rod = _stepped(rod + drawn[3], resolution[1])
+            loop_rod = _stepped(loop_rod + drawn[3], resolution[1])
 
         if tick == 0:
             last_angle, loop_speed_seen = loop_angle, loop_speed
