@@ -290,6 +290,23 @@ def test_a_supplys_voltage_is_not_proposed_as_the_motors(
     assert any("supply" in one for one in proposed.remarks) is not kept
 
 
+def test_a_sensors_volts_are_not_the_motors(tmp_path: Path) -> None:
+    """Volts beside the same reading in mm are no voltage; a column that no name explains is told,
+    and a temperature is not."""
+    time_s = np.arange(500) * 0.01
+    x = 6.0 * np.sin(3.0 * time_s)
+    path = tmp_path / "bench.csv"
+    header = "t_s,laser_V,laser_mm,load,temp"
+    table = np.column_stack([time_s, 3.0 + 0.1 * x, x, np.cos(time_s), time_s])
+    np.savetxt(path, table, delimiter=",", comments="", header=header)
+    proposed = propose(survey(path))
+    assert proposed.map is not None
+    assert {one.name: one.field for one in proposed.map.signals} == {"rod_position": "laser_mm"}
+    assert any(one.startswith("laser_V is left out") for one in proposed.remarks)
+    (unread,) = [one for one in proposed.remarks if "the name says no signal" in one]
+    assert unread.startswith("load:")
+
+
 def test_a_header_without_rows_is_seen_as_empty(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

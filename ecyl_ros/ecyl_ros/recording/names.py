@@ -65,12 +65,9 @@ QUANTITY = {
     "trq": "effort",
     "tau": "effort",
     "force": "effort",
-    "current": "current_q",
-    "iq": "current_q",
+    **dict.fromkeys(("current", "amps", "iq"), "current_q"),
     "id": "current_d",
-    "voltage": "voltage_q",
-    "uq": "voltage_q",
-    "vq": "voltage_q",
+    **dict.fromkeys(("voltage", "volts", "uq", "vq"), "voltage_q"),
     "ud": "voltage_d",
     "vd": "voltage_d",
 }
@@ -99,6 +96,7 @@ PARTS = {
 NO_SIGNAL = {
     *("error", "err", "covariance", "timestamp", "time", "stamp", "acceleration", "acc"),
     *("ddq", "qdd", "qddot", "ddtheta", "thetaddot", "ddx", "xdd", "xddot"),
+    *("temp", "temperature", "pressure", "humidity", "gyro", "imu"),
 }
 COUNTED = {"counts", "count", "ticks", "increments", "raw", "pulses"}
 

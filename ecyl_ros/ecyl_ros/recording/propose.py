@@ -30,6 +30,7 @@ from .names import (
     ROD,
     ROTOR,
     SUPPLY,
+    TIMED,
     TORQUE,
 )
 from .names import words as words_of
@@ -48,6 +49,7 @@ _MEASURED = {
 }
 _LONGEST_ROD_M = 20.0
 _ENCODER_BITS = range(10, 25)
+_SHOWN = 6  # names in one remark
 
 
 @dataclass(frozen=True)
@@ -67,6 +69,8 @@ def propose(survey: Survey) -> Proposal:
     remarks: list[str] = []
     candidates = [one for topic in survey.topics for one in candidates_of(topic)]
     candidates, remark = _one_joint(candidates)
+    remarks += remark
+    candidates, remark = _without_raw(candidates)
     remarks += remark
     axis = axis_of(candidates)
     chosen: dict[str, MappedSignal] = {}
@@ -102,6 +106,7 @@ def propose(survey: Survey) -> Proposal:
     for name in MAPPED:
         if name in chosen:
             remarks += _remarks(chosen[name], candidates, axis)
+    remarks += _unread(chosen, candidates, survey)
     if not any(name.startswith("reference_") for name in chosen):
         remarks.append("no reference: without one the controller's part cannot be replayed")
     time = None
@@ -135,6 +140,32 @@ def _by_hand(survey: Survey, candidates: list[Candidate]) -> str:
     )
 
 
+def _unread(
+    chosen: dict[str, MappedSignal], candidates: list[Candidate], survey: Survey
+) -> list[str]:
+    """Fields beside the chosen signals that change and whose names say nothing: one of them may
+    be the effort."""
+    clock = survey.time.field if survey.time is not None else ""
+    topics = {one.topic for one in chosen.values()}
+    unread = [
+        one.path
+        for one in candidates
+        if one.topic.name in topics
+        and one.field.equal < 1.0
+        and one.path != clock
+        and quantity_of(one) is None
+        and not one.words & (NO_SIGNAL | TIMED | ENCODERS)
+        and dimension_of(unit_told(one)) not in _MEASURED
+    ]
+    if not unread:
+        return []
+    more = f" and {len(unread) - _SHOWN} more" if len(unread) > _SHOWN else ""
+    return [
+        f"{', '.join(unread[:_SHOWN])}{more}: the name says no signal; if one is, as an effort "
+        "may be, add it to the map by hand"
+    ]
+
+
 def _one_joint(candidates: list[Candidate]) -> tuple[list[Candidate], list[str]]:
     """Of several joints the one that moves most, of those with an effort if any has one: a drive
     is diagnosed by itself."""
@@ -154,6 +185,31 @@ def _one_joint(candidates: list[Candidate]) -> tuple[list[Candidate], list[str]]
     if moved[best] < max(moved.values()):
         remark = f"joint {best} moves most of those with an effort, of {others}"
     return [one for one in candidates if one.place in ("", best)], [remark]
+
+
+def _without_raw(candidates: list[Candidate]) -> tuple[list[Candidate], list[str]]:
+    """Leave out the volts of a sensor whose reading stands beside them under the same
+    name: `laser_V` beside `laser_mm`."""
+    read = {
+        _stem(one): one
+        for one in candidates
+        if dimension_of(unit_told(one)) not in (None, "voltage")
+    }
+    raw = {
+        one.path: read[_stem(one)].path
+        for one in candidates
+        if dimension_of(unit_told(one)) == "voltage" and _stem(one) in read
+    }
+    remarks = [f"{path} is left out: {read} is the same in its unit" for path, read in raw.items()]
+    return [one for one in candidates if one.path not in raw], remarks
+
+
+def _stem(one: Candidate) -> tuple[str, str]:
+    """What a field is called without its unit, and the topic it is of."""
+    name = bare(one.path)
+    if name == one.path and unit_told(one):
+        name = name.rpartition("_")[0]
+    return one.topic.name, name.lower()
 
 
 def _without_supply(chosen: dict[str, MappedSignal], candidates: list[Candidate]) -> list[str]:
@@ -233,6 +289,8 @@ def _signal(one: Candidate, axis: Axis) -> tuple[MappedSignal, float] | None:
         quantity = "injected_torque" if torque else "injected_force"
     if quantity is None and unit:
         quantity = _MEASURED.get(dimension_of(unit) or "")
+        if quantity == "voltage_q" and any(word.endswith("sensor") for word in words):
+            return None
     if quantity is None and words & ENCODERS:
         quantity = (
             "velocity" if dimension_of(plain(told_of(one))) == "counts per second" else "position"
