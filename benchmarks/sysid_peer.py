@@ -13,7 +13,8 @@ Both are judged on the third stretches:
   both through the same low-pass.
 
 No value of either was fitted to a held-out stretch. The diagnosis asks there whether a cause earns
-its name; the toolbox has no such question.
+its name; the toolbox has no such question. `closest` is therefore judged, too: the set of effects
+of the diagnosis that fits best, named or not.
 
 Machines are drawn by the study of rigid drives (`ecyl blind --drives rigid`), as far as MuJoCo can
 pose them: their effort is recorded. Half of them have a cause that is one of the joint's
@@ -43,6 +44,8 @@ from ecyl_ros.drive.rigid.machine import Machine
 from ecyl_ros.drive.rigid.packed import model_of
 from ecyl_ros.errors import InputError
 from ecyl_ros.gap.diagnose import diagnose
+from ecyl_ros.gap.rigid.closest import closest
+from ecyl_ros.gap.rigid.diagnose import judged as competed
 from ecyl_ros.gap.rigid.terms import Catalogue
 
 LIMIT_S = 1800.0  # for one fit of the toolbox
@@ -86,6 +89,12 @@ def twin_errors(posed: Posed, machine: Machine) -> dict[str, float | None]:
     return errors | {"motion": posed.motion_error(made.position, made.velocity)}
 
 
+def closest_set(subject: Subject, posed: Posed) -> Machine:
+    """The machine with the set of effects that came closest, whether or not it earned its name."""
+    found = competed(posed.motion, subject.machine, (), subject.name, lambda _: None)
+    return closest(found.catalogue.along, found.contest.winner)
+
+
 def judged(subject: Subject, python: Path) -> dict[str, Any]:
     """One row: errors of the file's machine, the toolbox and the diagnosis, and what they say."""
     posed = pose(subject)
@@ -123,6 +132,7 @@ def judged(subject: Subject, python: Path) -> dict[str, Any]:
             "causes": [one.effect for one in diagnosis.causes],
             "seconds": ours_s,
         },
+        "closest": twin_errors(posed, closest_set(subject, posed)),
     }
 
 

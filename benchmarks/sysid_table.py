@@ -26,9 +26,12 @@ def told(row: dict[str, Any]) -> list[str]:
     ]
 
 
-def at_most(rows: list[dict[str, Any]], what: str) -> tuple[int, int, float]:
-    """On how many rows our error is at most the peer's, of how many; median of ours over its."""
-    pairs = [(row["ours"][what], row["peer"][what]) for row in rows]
+def at_most(rows: list[dict[str, Any]], whose: str, what: str) -> tuple[int, int, float]:
+    """On how many rows our error is at most the peer's, of how many; median of ours over its.
+
+    whose: "ours", or "closest".
+    """
+    pairs = [(row[whose][what], row["peer"][what]) for row in rows]
     pairs = [(math.inf if one is None else one, other) for one, other in pairs]
     ratios = [one / other for one, other in pairs]
     return sum(one <= other for one, other in pairs), len(pairs), statistics.median(ratios)
@@ -40,12 +43,14 @@ def show(report: Report, rows: list[dict[str, Any]]) -> None:
     def cell(value: float | None) -> str:
         return "-" if value is None else f"{value:.4f}" if value < 100.0 else f"{value:.1e}"
 
-    header = ["", "motion: file", "mujoco.sysid", "ours", "effort: file", "mujoco.sysid", "ours"]
+    whose = ("nominal", "peer", "ours", "closest")
+    columns = ["mujoco.sysid", "ours", "closest"]
+    header = ["", "motion: file", *columns, "effort: file", *columns]
     cells = [
         [
             row["machine"] + ("" if row["truth_is_a_parameter"] in (True, None) else " *"),
-            *(cell(row[one]["motion"]) for one in ("nominal", "peer", "ours")),
-            *(cell(row[one]["effort"]) for one in ("nominal", "peer", "ours")),
+            *(cell(row[one]["motion"]) for one in whose),
+            *(cell(row[one]["effort"]) for one in whose),
             f"{row['peer']['seconds']:.1f}",
             f"{row['ours']['seconds']:.1f}",
         ]
@@ -59,14 +64,16 @@ def count(report: Report, key: str, rows: list[dict[str, Any]], meaning: str) ->
     """Print and keep on how many of some machines ours errs no more."""
     if not rows:
         return
-    kept = {}
-    for what in ("motion", "effort"):
-        good, of, ratio = at_most(rows, what)
-        report.say(
-            f"  {meaning}, {what}: ours at most the peer's on {good} of {of}; "
-            f"median of ours over the peer's {ratio:.3f}"
-        )
-        kept[what] = {"ours_at_most_the_peers": good, "of": of, "median_ratio": ratio}
+    kept: dict[str, Any] = {}
+    for whose in ("ours", "closest"):
+        for what in ("motion", "effort"):
+            good, of, ratio = at_most(rows, whose, what)
+            report.say(
+                f"  {meaning}, {what}: {whose} at most the peer's on {good} of {of}; "
+                f"median over the peer's {ratio:.3f}"
+            )
+            own = {"at_most_the_peers": good, "of": of, "median_ratio": ratio}
+            kept.setdefault(whose, {})[what] = own
     report.figures[key] = kept
 
 

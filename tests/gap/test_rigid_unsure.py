@@ -103,3 +103,10 @@ def test_a_place_that_was_passed_once_is_no_jam() -> None:
     alone = diagnose(recorded(once, 20.0 * once.a + drag, LINEAR, 0.3, 1e-6), LINEAR)
     assert "local_jam" not in causes(alone)
     assert any("passed once" in note for note in alone.notes)
+
+
+def test_a_place_that_goes_on_to_the_end_of_the_stroke_is_no_jam() -> None:
+    """Drag from 50 mm on, to where the motion turns: nothing tells that it ends."""
+    drag = 9.0 * S * (M.q > 0.05)
+    found = diagnose(recorded(M, 20.0 * M.a + drag, LINEAR, 0.3, 1e-6), LINEAR)
+    assert "local_jam" not in causes(found)

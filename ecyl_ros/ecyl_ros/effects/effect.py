@@ -150,6 +150,8 @@ class Effect:
             stiff; it then has a port `inverter_resistance`. 0: it does not.
         form: half width that no interval of its parameters falls below, in their unit, as far as
             drives differ in how they have it.
+        place: part of the rod's stroke that it is confined to at its values, from and to, m; None
+            where it is not. It is named where the motion goes beyond both ends.
         rarity: 0 of what most machines have, one more for every third of those before: where two
             do nearly as well, what is common goes first.
         cylinder: whether a full cylinder may have it.
@@ -171,6 +173,7 @@ class Effect:
     on_top: bool = False
     current_span: Callable[[Mapping[str, float]], float] = _not_stiff
     form: Callable[[DriveParameters], float] = _zero
+    place: Callable[[Start], tuple[float, float]] | None = None
     rarity: int = 0
     cylinder: bool = True
     separated_by: str = ""

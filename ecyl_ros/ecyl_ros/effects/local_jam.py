@@ -51,6 +51,12 @@ def starts(evidence: Evidence) -> list[Start]:
     return found
 
 
+def place(values: Start) -> tuple[float, float]:
+    """From where it has hardly set in to where it has all but gone."""
+    middle, half = values["position_m"], 0.5 * values["width_m"] + values["edge_m"]
+    return middle - half, middle + half
+
+
 def modify(record: np.ndarray, values: Mapping[str, float], drive: DriveParameters) -> None:
     """Let the contact give as the bristle says."""
     put_bristle(record, "load", values)
@@ -82,6 +88,7 @@ EFFECT = Effect(
     starts=starts,
     modify=modify,
     refines=("load_coulomb_friction", "rotor_coulomb_friction"),
+    place=place,
     rarity=2,
 )
 
@@ -112,11 +119,16 @@ def term(along: Along, middle: float, width: float) -> Term:
 
 
 def _void(fitted: Fitted) -> str:
-    """A place is part of a turn; one that was passed once may as well have been a moment."""
+    """A place is part of a turn, and its both ends are seen; one that was passed once may as well
+    have been a moment."""
     middle, width = fitted.term.fixed.values()
     if not fitted.along.machine.linear and width > math.tau:
         return "its place would be wider than a turn of the output"
-    inside = np.abs(fitted.along.motion.position - middle) < 0.5 * width
+    position = fitted.along.motion.position
+    reach = (0.5 + _EDGE) * width
+    if not position.min() < middle - reach < middle + reach < position.max():
+        return "its place has an end that the motion does not reach: no jam by what was seen"
+    inside = np.abs(position - middle) < 0.5 * width
     if np.count_nonzero(np.diff(inside, prepend=False) & inside) == 1:
         return "its place was passed once: a moment of the time would do as well"
     return plain(fitted)

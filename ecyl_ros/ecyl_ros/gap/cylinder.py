@@ -24,6 +24,7 @@ from .judge.coincidence import Coincidence, without_coincidence
 from .judge.constancy import Inconstancy, without_effects, without_stand_ins
 from .judge.hidden import without_hidden
 from .judge.intervals import intervals
+from .judge.place import without_open_ended
 from .judge.tolerance import without_traces
 from .judge.verdict import (
     NAMED,
@@ -131,7 +132,14 @@ def judged(
             f"sets of {competition.unsearched} causes were not searched: replays of this drive "
             "cost too much"
         )
-    hold = (without_hidden, without_strained, without_unclear, without_traces, _without_unsure)
+    hold = (
+        without_hidden,
+        without_strained,
+        without_unclear,
+        without_open_ended,
+        without_traces,
+        _without_unsure,
+    )
     for holding in hold:
         competition, said = holding(competition, fitter)
         remarks += said
