@@ -3,28 +3,21 @@
 from __future__ import annotations
 
 import dataclasses
-import importlib.util
 import math
-import sys
 from functools import cache
 from pathlib import Path
 
 import numpy as np
 import pytest
-import yaml
 from report_samples import diagnosis
 
-from ecyl_ros.cli.main import main
-from ecyl_ros.drive.drive_file import drive_to_flat, load_drive
+from ecyl_ros.drive.drive_file import load_drive
 from ecyl_ros.drive.law import Law
-from ecyl_ros.drive.packed import pack
-from ecyl_ros.effects.learned import law_value
 from ecyl_ros.gap.compete.compete import Competition
 from ecyl_ros.gap.describe.apply import described, with_description
 from ecyl_ros.gap.describe.axis import Axis, columns, roughness
 from ecyl_ros.gap.describe.choose import Choice, Guess, standing
 from ecyl_ros.gap.describe.describe import Described, describe
-from ecyl_ros.gap.describe.effect_file import effect_text
 from ecyl_ros.gap.describe.formula import formula
 from ecyl_ros.gap.describe.missing import TORQUE
 from ecyl_ros.gap.describe.nearest import played_curve
@@ -256,58 +249,3 @@ def test_a_formula_has_no_wave_that_the_table_cannot_tell() -> None:
     assert formula(law, np.zeros(12)) is None
     law = Law("rotor_torque", ("rotor_angle",), (tuple(a),), tuple(0.1 * np.cos(2.0 * a)))
     assert formula(law, np.zeros(12)) == "0.1 N m cos(2a)"
-
-
-def test_a_learned_law_becomes_an_effect_that_plays_it(tmp_path: Path, capsys):
-    """`ecyl new-effect`: the file it writes gives, as an effect, what the law gives."""
-    at = ((-0.01, -0.004, 0.0, 0.01), (-1.0, 1.0))
-    values = (0.1, 0.2, 0.4, 0.1, 0.0, 0.3, 0.2, 0.25)
-    law = Law("load_friction", ("position", "speed"), at, values)
-    flat = drive_to_flat(dataclasses.replace(DRIVE, learned=law))
-    drive = tmp_path / "drive.yaml"
-    flat = {key: one for key, one in flat.items() if one != []}
-    drive.write_text(yaml.safe_dump({"/**": {"ros__parameters": flat}}))
-    out, test = tmp_path / "tired_rail.py", tmp_path / "test_tired_rail.py"
-    asked = ["new-effect", str(drive), "--name", "tired_rail", "--out", str(out)]
-    assert main([*asked, "--test", str(test)]) == 0
-    compile(test.read_text(), str(test), "exec")
-    assert main(asked) == 2  # it is there
-    module = _loaded(out, "tired_rail")
-    assert module.EFFECT.parameters[0].name == "peak_nm"
-    record = pack(dataclasses.replace(DRIVE, learned=law))[0]
-
-    class Given:
-        tired_rail_peak_nm = 0.4
-        rod_per_rotor = DRIVE.transmission.rod_per_rotor
-
-    for place, speed in ((-0.02, 0.3), (-0.003, -0.7), (0.004, 2.0), (0.009, 0.0)):
-        angle = place / DRIVE.transmission.rod_per_rotor
-        played = law_value(record, angle, speed, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-        named = module.load_friction.py_func(Given, speed, 0.0, angle, 0.0)
-        assert named == pytest.approx(max(played, 0.0), rel=1e-6, abs=1e-9)
-    capsys.readouterr()
-
-
-def _loaded(path: Path, name: str):
-    spec = importlib.util.spec_from_file_location(f"ecyl_ros.effects.{name}", path)
-    assert spec is not None and spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[spec.name] = module
-    try:
-        spec.loader.exec_module(module)
-    finally:
-        del sys.modules[spec.name]
-    return module
-
-
-def test_an_effect_that_cannot_play_a_law_is_refused(tmp_path: Path, capsys):
-    """A law of heat, a name that is taken, a drive file without a law: one line, exit 2."""
-    law = Law("rotor_friction", ("heat",), ((0.0, 1.0),), (0.0, 1.0), (), 1.0)
-    with pytest.raises(Exception, match=r"effects.learned.of = heat: an effect at rotor_friction"):
-        effect_text(law, "warm")
-    with pytest.raises(Exception, match=r"--name local_jam: there is such an effect"):
-        effect_text(Law("load_torque", (), (), (1.0,)), "local_jam")
-    out = tmp_path / "some.py"
-    assert main(["new-effect", "bench", "--name", "some", "--out", str(out)]) == 2
-    assert "no effects.learned; expected a learned law" in capsys.readouterr().err
-    assert not out.exists()

@@ -39,6 +39,7 @@ def run(options: argparse.Namespace) -> int:
     from ..drive.rigid.machine import Machine
     from ..errors import InputError
     from ..gap.describe.effect_file import effect_text, test_text
+    from ..gap.describe.rigid_effect_file import rigid_effect_text, rigid_test_text
     from ..recording.atomic import write_text
 
     source = resolve_drive(options.law)
@@ -49,19 +50,18 @@ def run(options: argparse.Namespace) -> int:
         suffixes={"--out": f"{options.name}.py", "--test": ".py"},
     )
     drive = load_model(source)
-    if isinstance(drive, Machine):
-        raise InputError(
-            f"{source}: drive.kind = {drive.kind!r}, expected a full cylinder, at whose ports the "
-            "catalogue's effects act"
-        )
     law = drive.learned
     if law is None:
         raise InputError(f"{source}: no effects.learned; expected a learned law in it")
-    effect = effect_text(law, options.name)
+    if isinstance(drive, Machine):
+        effect = rigid_effect_text(law, options.name, drive.linear)
+        test = rigid_test_text(law, options.name, drive.linear)
+    else:
+        effect, test = effect_text(law, options.name), test_text(law, options.name)
     written = [options.out]
     write_text(options.out, effect)
     if options.test is not None:
-        write_text(options.test, test_text(law, options.name))
+        write_text(options.test, test)
         written.append(options.test)
     for path in written:
         print(f"written   {path}")

@@ -1,4 +1,4 @@
-"""The text of a library effect that plays a learned law, and of its test.
+"""The text of a library effect that plays a full cylinder's learned law, and of its test.
 
 The law's shape becomes constants of the file, its size the effect's one parameter, so that a
 diagnosis can fit it and name it. The words that only an engineer knows are left to fill in.
@@ -6,14 +6,10 @@ diagnosis can fit it and name it. The words that only an engineer knows are left
 
 from __future__ import annotations
 
-import re
+from collections.abc import Mapping
 
-import numpy as np
-
-from ...drive.law import Law, law_to_flat
-from ...effects.catalogue import EFFECTS
-from ...errors import InputError
-from . import words
+from ...drive.law import Law
+from .effect_lines import checked, constants, described, looked_up, sized, tested, titled
 
 # The kernels' arguments at each port (`effects.ports`), and what of them a variable is.
 _ARGUMENTS = {
@@ -38,33 +34,18 @@ _OF = {
     "time": ("time", "time"),
 }
 _PEAK = {"N m": "peak_nm", "V": "peak_v", "A": "peak_a", "rad": "peak_rad"}
-_NAME = re.compile(r"[a-z][a-z0-9_]*")
 
 
-def checked(law: Law, name: str) -> None:
-    """Raises InputError where no effect of this name can play the law."""
-    if not _NAME.fullmatch(name):
-        raise InputError(f"--name {name}: expected small letters, digits and _, a letter first")
-    if name in EFFECTS or name == "learned":
-        raise InputError(f"--name {name}: there is such an effect; expected a new name")
-    given = _ARGUMENTS[law.port].split(", ")
-    for one in law.of:
-        if one not in _OF or _OF[one][0] not in given:
-            raise InputError(
-                f"effects.learned.of = {one}: an effect at {law.port} is not given it; expected a "
-                f"law of {', '.join(k for k, v in _OF.items() if v[0] in given)}"
-            )
+def _given(law: Law) -> Mapping[str, str]:
+    arguments = _ARGUMENTS[law.port].split(", ")
+    return {one: text for one, (argument, text) in _OF.items() if argument in arguments}
 
 
 def effect_text(law: Law, name: str) -> str:
-    """The effect's file. Raises InputError, see `checked`."""
-    checked(law, name)
-    size, quantity = _sized(law), _PEAK[law.unit]
-    shape = np.array(law.values) / size
-    block = words.BLOCKS[law.port]
-    title = name.replace("_", " ")
-    said = f"{words.place(law)} {words.depends(law)}"
-    said = said[:1].upper() + said[1:]
+    """The effect's file. Raises InputError, see `effect_lines.checked`."""
+    checked(law, name, _given(law))
+    size, quantity = sized(law), _PEAK[law.unit]
+    title, said = titled(law, name)
     side = law.port.split("_")[0]
     signs = (1.0,) if law.of_friction else (1.0, -1.0)
     begun = [f'{{"{quantity}": {sign * size:.6g}}}' for sign in signs]
@@ -84,11 +65,9 @@ def effect_text(law: Law, name: str) -> str:
         f"from .effect import {imported}{', bristle, put_bristle' if law.of_friction else ''}"
     ]
     lines += ["from .learned import places"] if law.of else []
-    lines += ["", "# As it was learned; its largest value is 1."]
-    for number, one in enumerate(law.at):
-        lines.append(f"_AT_{number + 1} = np.array({_numbers(one)})")
-    lines.append(f"_SHAPE = np.array({_numbers(shape)})")
     lines += [
+        "",
+        *constants(law),
         "",
         "",
         "def starts(evidence: Evidence) -> list[Start]:",
@@ -109,11 +88,7 @@ def effect_text(law: Law, name: str) -> str:
     low = 0.0 if law.of_friction else -1e3
     lines += [
         "EFFECT = Effect(",
-        f'    name="{name}",',
-        f'    block="{block}",',
-        f'    title="{title}",  # FILL IN: what a drive engineer calls it',
-        f'    summary="{said}.",  # FILL IN: what it is',
-        '    excitation="motion over what the law was learned on",  # FILL IN',
+        *described(law, name),
         "    parameters=(",
         "        Quantity(",
         f'            name="{quantity}",',
@@ -135,29 +110,8 @@ def effect_text(law: Law, name: str) -> str:
 
 def _kernels(law: Law, name: str, quantity: str) -> list[str]:
     field = f"p.{name}_{quantity}"
-    if not law.of:
-        body = [f"    return {field} * _SHAPE[0]"]
-    else:
-        body = []
-        for number, (one, places, period) in enumerate(
-            zip(law.of, law.at, law.periods, strict=True), 1
-        ):
-            body.append(f"    x = {_OF[one][1]}")
-            body.append(f"    at_{number} = places(_AT_{number}, {len(places)}, {period!r}, x)")
-        if len(law.of) == 1:
-            terms = [f"at_1[{k + 4}] * _SHAPE[at_1[{k}]]" for k in range(4)]
-        else:
-            width = len(law.at[1])
-            terms = [
-                f"at_1[{j + 4}] * at_2[{k + 4}] * _SHAPE[at_1[{j}] * {width} + at_2[{k}]]"
-                for j in range(4)
-                for k in range(4)
-            ]
-        body.append("    value = " + terms[0])
-        body += [f"    value += {one}" for one in terms[1:]]
-        body.append(f"    return {field} * value")
-        if law.of_friction:
-            body[-1] = f"    return max({field} * value, 0.0)"
+    value = f"max({field} * value, 0.0)" if law.of_friction else f"{field} * value"
+    body = [*looked_up(law, _given(law)), f"    return {value}"]
     signature = _ARGUMENTS[law.port]
     lines = [
         "",
@@ -186,11 +140,12 @@ def _kernels(law: Law, name: str, quantity: str) -> list[str]:
 
 
 def test_text(law: Law, name: str) -> str:
-    """The effect's test: it plays what the learned law plays. Raises InputError, see `checked`."""
-    checked(law, name)
-    quantity, size = _PEAK[law.unit], _sized(law)
-    flat = law_to_flat(law)
-    entries = ",\n    ".join(f"{key!r}: {_entry(value)}" for key, value in flat.items())
+    """The effect's test: it plays what the learned law plays.
+
+    Raises InputError, see `effect_lines.checked`.
+    """
+    checked(law, name, _given(law))
+    quantity, size = _PEAK[law.unit], sized(law)
     return f'''"""{name.replace("_", " ").capitalize()}, against the law it was made of."""
 
 from __future__ import annotations
@@ -204,10 +159,7 @@ from ecyl_ros.drive.drive_file import load_drive
 from ecyl_ros.drive.engine import simulate
 from ecyl_ros.drive.law import law_from_flat
 
-LAW = {{
-    {entries},
-}}
-
+{tested(law)}
 
 def _reference(index: int) -> tuple[float, float]:
     """5 mm to and fro at 1 Hz."""
@@ -228,25 +180,3 @@ def test_it_plays_what_was_learned():
     assert off.max() > 0.0
     assert np.all(apart <= 1e-3 * off + 1e-12)
 '''
-
-
-def _sized(law: Law) -> float:
-    """The law's largest value, or 1 where it is 0 throughout."""
-    return float(np.max(np.abs(law.values))) or 1.0
-
-
-def _numbers(values: object) -> str:
-    """Numbers of a list, a few on each line."""
-    texts = [f"{float(one):.9g}" for one in np.asarray(values)]
-    texts = [one if any(c in one for c in ".en") else f"{one}.0" for one in texts]
-    if len(texts) <= 4:
-        return f"[{', '.join(texts)}]"
-    rows = [", ".join(texts[k : k + 6]) for k in range(0, len(texts), 6)]
-    return "[\n    " + ",\n    ".join(rows) + ",\n]"
-
-
-def _entry(value: object) -> str:
-    if isinstance(value, list) and value and isinstance(value[0], float):
-        rows = [", ".join(repr(v) for v in value[k : k + 4]) for k in range(0, len(value), 4)]
-        return "[\n        " + ",\n        ".join(rows) + ",\n    ]"
-    return repr(value).replace("'", '"')

@@ -68,7 +68,7 @@ def _manner(law: Law) -> str:
             times = {1: "once", 2: "twice"}.get(order, f"{order} times")
             said = f", {times} a turn"
         elif name == "position":
-            said = _repeating(values, places)
+            said = _repeating(values, places, law.units[0])
         elif name in ("speed", "current") and places[0] < 0.0 < places[-1]:
             said = _symmetry(values, np.array(places))
     if law.of_friction and not {"speed", "direction"} & set(law.of):
@@ -76,14 +76,15 @@ def _manner(law: Law) -> str:
     return said
 
 
-def _repeating(values: np.ndarray, places: tuple[float, ...]) -> str:
+def _repeating(values: np.ndarray, places: tuple[float, ...], unit: str) -> str:
     centred = values - values.mean()
     power = np.abs(np.fft.rfft(centred)) ** 2
     order = int(np.argmax(power[1:])) + 1 if power[1:].any() else 0
     if order < 2 or power[order] < _REPEATS * power[1:].sum():
         return ""
     length = (places[-1] - places[0]) * len(places) / (len(places) - 1) / order
-    return f", about once per {1e3 * length:.2g} mm"
+    length, unit = (1e3 * length, "mm") if unit == "m" else (length, unit)
+    return f", about once per {float(f'{length:.2g}'):g} {unit}"
 
 
 def _symmetry(values: np.ndarray, places: np.ndarray) -> str:
