@@ -1,45 +1,40 @@
-"""Whether a law predicts by chance: the search again on data whose signs are drawn.
+"""Whether a law predicts by chance: each stretch of the recording from the others.
 
-What the sheet alone leaves is taken stretch by stretch, each with a sign of its own (fair coins).
-That keeps how it runs within a stretch and what the machine did there, and takes away whatever
-holds from stretch to stretch. As many sets of variables as before compete on it; the share of draws
-in which the best of them predicts as large a part of it as the law does is the probability of
-finding such a law where there is none.
+A law without a connection to what is missing changes each stretch as it happens. Of d stretches
+that share the power of the gap alike, even the best size of such a change leaves a share of it that
+is distributed as Beta((d - 1) / 2, 1 / 2): so is 1 - r^2 of two unconnected series of d values.
+Within a stretch all may hang together, so that it counts as one value; where few stretches have
+most of the gap, d is what their participation ratio says.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
 
 import numpy as np
+from scipy.stats import beta
 
-from .choose import Balance, Guess
-from .regress import SMOOTH, Normal, folds_of
+from ..replay.replay import FloatArray
 
-LEVEL = 0.01  # of a law by chance, over all sets that were looked at
-_DRAWS = 399
+LEVEL = 0.01  # of a law by chance
 
 
-def probability(balance: Balance, guesses: Sequence[Guess]) -> float:
-    """Of so good a prediction by the best of `guesses` where nothing holds between stretches."""
-    data = balance.data
-    left = data.target - balance.alone().pulls @ data.sheet
-    blocks = int(data.block.max()) + 1
-    signs = np.random.default_rng(blocks).choice([-1.0, 1.0], size=(blocks, _DRAWS))
-    signs = np.concatenate([np.ones((blocks, 1)), signs], axis=1)
-    whole = float(data.weight @ left**2)
-    best = np.full(_DRAWS + 1, np.inf)
-    for guess in guesses:
-        law, rough = balance.design(guess)
-        normal = Normal(data, law, rough)
-        squares = data.weight * left**2
-        normal.square = np.bincount(data.block, weights=squares, minlength=blocks).astype(float)
-        slope = np.zeros((blocks, len(normal.rough), _DRAWS + 1))
-        design = np.concatenate([law, data.sheet])
-        for block in range(blocks):
-            chosen = data.block == block
-            slope[block] = np.outer(design[:, chosen] @ (data.weight * left)[chosen], signs[block])
-        for smooth in {guess.found.smooth, float(SMOOTH[4])}:
-            errors = normal.predict(smooth, max(guess.found.error, 1.0), folds_of(data), slope)
-            best = np.minimum(best, errors.sum(axis=0) / whole)
-    return float(np.mean(best <= best[0] * (1.0 + 1e-12)))
+def probability(before: FloatArray, after: FloatArray, floor: FloatArray, pieces: float) -> float:
+    """Of leaving as little of the gap without a connection to it.
+
+    Args:
+        before, after: float64[stretches], sum of squares without the law, and with the law that the
+            other stretches tell. floor: the same of what a perfect model leaves.
+        pieces: independent pieces of evidence in all of them, which tell how well the floor is
+            known.
+    """
+    surplus = np.maximum(before - floor, 0.0)
+    whole = float(surplus.sum())
+    if whole <= 0.0:
+        return 1.0
+    stretches = whole**2 / float(np.sum(surplus**2))
+    unsure = float(floor.sum()) * math.sqrt(2.0 / max(pieces, 1.0))
+    left = max(float(after.sum() - floor.sum()), unsure) / whole
+    if stretches <= 1.0 or left >= 1.0:
+        return 1.0
+    return float(beta.cdf(left, 0.5 * (stretches - 1.0), 0.5))

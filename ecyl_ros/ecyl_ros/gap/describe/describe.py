@@ -20,10 +20,11 @@ from ...drive.law import PERIODS
 from ..compete.compete import Competition
 from ..compete.earn import earns
 from ..fit.fit import Fit, Fitter
-from ..fit.robust import misfit
+from ..fit.robust import misfit, robust_squares
 from ..judge.verdict import HELPS
 from ..locate.locate import pooled
 from ..replay.replay import FloatArray
+from ..split import STRETCH_S
 from . import words
 from .chance import LEVEL, probability
 from .choose import Balance, Choice, Guess, balances_of, choose
@@ -115,8 +116,7 @@ def describe(
         return None
     if any(one.names and one.judged <= played.judged for one in _named(competition)):
         return None  # a set of effects comes as near, unlike as it is
-    rivals = chosen.choice.beside(chosen.guess)
-    chance = probability(chosen.balance, [chosen.guess, *rivals[:4]])
+    chance = _by_chance(fitter, null, played)
     if chance > LEVEL:
         return None
     return Described(_described(fitter, competition, played, chosen, motion, chance, alike), played)
@@ -209,6 +209,20 @@ def _helps(fitter: Fitter, played: Played, null: Fit) -> bool:
     before, after = (_pooled(fitter, gap) for gap in (null.gap, played.gap))
     white = pooled(fitter.replay, np.ones(len(fitter.replay.signals)))
     return before - after >= HELPS * (before - white)
+
+
+def _by_chance(fitter: Fitter, null: Fit, played: Played) -> float:
+    """The probability of as little a gap by a law without connection to what is missing."""
+    usable = fitter.rows | fitter.held
+    stretch = np.floor(fitter.replay.time_s[usable] / STRETCH_S).astype(np.int64)
+    _, stretch, count = np.unique(stretch, return_inverse=True, return_counts=True)
+
+    def summed(gap: FloatArray) -> FloatArray:
+        squares = robust_squares(gap[:, usable]).mean(axis=0)
+        return np.bincount(stretch, weights=squares).astype(np.float64)
+
+    floor = (fitter.perfect**2 * count).astype(np.float64)
+    return probability(summed(null.gap), summed(played.unseen), floor, fitter.sheet.evidence)
 
 
 def _pooled(fitter: Fitter, gap: FloatArray) -> float:

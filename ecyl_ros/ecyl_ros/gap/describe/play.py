@@ -19,11 +19,13 @@ from ...drive.law import Law
 from ..compete.earn import AT_FLOOR
 from ..fit.fit import CONVERGED, Fitter
 from ..fit.newton import Differences, Objective, descend
-from ..fit.robust import LOSS_SCALE, cost
+from ..fit.robust import LOSS_SCALE, cost, robust_weights
 from ..fit.stages import COARSE, EXACT, FINE, MEDIUM, Stage
+from ..inverse import inverse_of
 from ..judge.intervals import FORM, quantile, spreads
 from ..replay.replay import FloatArray
 from ..sheet import PULL_PRICE
+from ..split import STRETCH_S
 from .axis import roughness
 from .choose import Guess
 
@@ -47,6 +49,8 @@ class Played:
         fitted, judged, left: costs as those of a `Fit`.
         half: float64[values], half the width of the 95 % band of the law's values. pull_half:
             float64[k], the same of the pulls. Of a law that was not fitted to its end 0 and inf.
+        unseen: float64[signals, n], what is left on each stretch with what the others tell, over
+            the noise floor. Of a law that was not fitted to its end the gap.
     """
 
     law: Law
@@ -57,6 +61,7 @@ class Played:
     left: float
     half: FloatArray
     pull_half: FloatArray
+    unseen: FloatArray
 
 
 def evaluate(fitter: Fitter, law: Law, pulls: FloatArray) -> Played:
@@ -73,6 +78,7 @@ def evaluate(fitter: Fitter, law: Law, pulls: FloatArray) -> Played:
         left,
         np.zeros(len(law.values)),
         np.full(len(pulls), np.inf),
+        gap,
     )
 
 
@@ -192,15 +198,17 @@ def play(
         best = min([best, *(one for _, one in passed)], key=lambda one: one.fitted)
     if last is not EXACT:
         return best  # a comparison needs no bands
-    half, pull_half = _half_widths(best, slopes, along, rough, guess, fitter)
-    return dataclasses.replace(best, half=half, pull_half=pull_half)
+    price = np.array([*rough, *[PULL_PRICE] * len(sheet)])
+    half, pull_half = _half_widths(best, slopes, along, price, guess, fitter)
+    unseen = _unseen(best, slopes, price, fitter)
+    return dataclasses.replace(best, half=half, pull_half=pull_half, unseen=unseen)
 
 
 def _half_widths(
     best: Played,
     slopes: FloatArray,
     along: FloatArray,
-    rough: FloatArray,
+    price: FloatArray,
     guess: Guess,
     fitter: Fitter,
 ) -> tuple[FloatArray, FloatArray]:
@@ -209,7 +217,6 @@ def _half_widths(
     Along the directions that the law moved, from the replays; across them from the regression.
     """
     count, time_s = len(along), fitter.replay.time_s
-    price = np.array([*rough, *[PULL_PRICE] * (len(slopes) - count)])
     spread, stretches = spreads(slopes, best.gap, fitter.rows, time_s, fitter.sheet.evidence, price)
     moved = np.einsum("ik,sij,jk->sk", along, spread[:, :count, :count], along).max(axis=0)
     across = np.eye(along.shape[1]) - np.linalg.pinv(along) @ along
@@ -218,6 +225,33 @@ def _half_widths(
     own = np.maximum(np.diagonal(spread, axis1=1, axis2=2).max(axis=0)[count:], 0.0)
     half = np.hypot(quantile(stretches) * np.sqrt(variance), FORM * np.abs(best.law.values))
     return half, 1.96 * np.sqrt(own)
+
+
+def _unseen(best: Played, slopes: FloatArray, price: FloatArray, fitter: Fitter) -> FloatArray:
+    """The gap on each fitted stretch as the others alone would leave it, beside the held-out ones.
+
+    Without a stretch the fit moves by a Newton step from where it is.
+    """
+    rows = fitter.rows
+    stretch = np.floor(fitter.replay.time_s[rows] / STRETCH_S).astype(np.int64)
+    gap = best.gap[:, rows]
+    shape = (len(slopes), *gap.shape)
+    weight = robust_weights(gap)
+    pieces = fitter.sheet.evidence / max(float(np.sum(weight * gap**2)), float(gap.size))
+    found = gap.copy()
+    parts = []
+    for one in np.unique(stretch):
+        chosen = stretch == one
+        slope = slopes.reshape(shape)[:, :, chosen].reshape(len(slopes), -1)
+        pushed = slope * weight[:, chosen].ravel()
+        parts.append((chosen, slope, pushed @ slope.T, pushed @ gap[:, chosen].ravel()))
+    whole = sum(part[2] for part in parts)
+    for chosen, slope, own, force in parts:
+        step = inverse_of(pieces * (whole - own) + np.diag(price)) @ (pieces * force)
+        found[:, chosen] += (step @ slope).reshape(len(gap), -1)
+    unseen = best.gap.copy()
+    unseen[:, rows] = found
+    return unseen
 
 
 def at_noise(fitter: Fitter, cost: float) -> bool:

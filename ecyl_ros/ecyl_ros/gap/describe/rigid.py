@@ -39,7 +39,7 @@ from .rigid_motion import RigidMotion
 
 _FREE = 1e3  # times what a pull of what the file leaves out may come to
 _LAG = 4.0  # times half a sample
-_LEAST_STRETCHES = 12  # that are fitted: fewer draws of their signs say nothing
+_LEAST_STRETCHES = 12  # that are fitted: fewer tell too little of what a law depends on
 
 
 def with_rigid_description(
@@ -124,15 +124,18 @@ def _described(
     if not _known(looked, choice):
         return None
     law, sheet = _parts(looked, choice, missing)
-    before = float(np.sqrt(np.mean((missing.values - _sheet_alone(choice, missing))[judged] ** 2)))
-    after = float(np.sqrt(np.mean((missing.values - law - sheet)[judged] ** 2)))
+    alone = missing.values - _sheet_alone(choice, missing)
+    beside = missing.values - law - sheet
+    before, left_over = (float(np.sqrt(np.mean(one[judged] ** 2))) for one in (alone, beside))
     named = min((one.rms(judged) for one in (contest.winner, *contest.rivals)), default=np.inf)
     surplus = max(before - floor, 1e-12)
     # Nothing says what else may act beside a law: it has to account for all, as causes do.
-    whole = after <= STRUCTURELESS * floor or before - after >= EXPLAINED_SHRINK * surplus
-    if not whole or named <= after or _strained(choice, judgement):
+    whole = left_over <= STRUCTURELESS * floor or before - left_over >= EXPLAINED_SHRINK * surplus
+    if not whole or named <= left_over or _strained(choice, judgement):
         return None
-    chance = probability(looked, [choice.best, *choice.rivals[:4]])
+    data, predicted = looked.data, choice.best.found
+    noise = np.bincount(data.block, weights=data.weight).astype(np.float64)
+    chance = probability(choice.alone.errors, predicted.errors, noise, data.evidence)
     if chance > LEVEL:
         return None
     found = _description(judgement, motion, looked, choice, missing, law, sheet, chance)
