@@ -21,6 +21,7 @@ from ..compete.compete import Competition
 from ..compete.earn import earns
 from ..fit.fit import Fit, Fitter
 from ..fit.robust import misfit, robust_squares
+from ..judge.place import open_ended
 from ..judge.verdict import HELPS
 from ..locate.locate import pooled
 from ..replay.replay import FloatArray
@@ -114,8 +115,8 @@ def describe(
     null = competition.sheet
     if not (earns(fitter, as_fit(played), null) and _helps(fitter, played, null)):
         return None
-    if any(one.names and one.judged <= played.judged for one in _named(competition)):
-        return None  # a set of effects comes as near, unlike as it is
+    if any(_as_near(one, played, fitter) for one in _named(competition)):
+        return None
     chance = _by_chance(fitter, null, played)
     if chance > LEVEL:
         return None
@@ -195,6 +196,11 @@ def _candidates(
 
 def _named(competition: Competition) -> tuple[Fit, ...]:
     return (competition.winner, *competition.rivals, *competition.singles)
+
+
+def _as_near(fit: Fit, played: Played, fitter: Fitter) -> bool:
+    """Whether a set of effects that the motion may have shown comes as near, unlike as it is."""
+    return bool(fit.names) and fit.judged <= played.judged and not open_ended(fit, fitter)
 
 
 def as_fit(played: Played) -> Fit:

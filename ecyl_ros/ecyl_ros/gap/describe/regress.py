@@ -61,8 +61,19 @@ class Regression:
 
     @property
     def error(self) -> float:
-        """Mean square error of prediction, in squared noises."""
-        return float(self.errors.sum() / self.count.sum())
+        """See `typical`."""
+        return typical(self.errors, self.count)
+
+
+def typical(errors: FloatArray, count: np.ndarray) -> float:
+    """Mean square error of prediction in squared noises, the geometric mean over the stretches.
+
+    errors: float64[blocks], sums of squares. count: int64[blocks], of what. One stretch that leads
+    where no other went, or in which much happened, does not decide.
+    """
+    used = count > 0
+    logarithms = np.log1p(errors[used] / count[used])
+    return float(np.expm1(np.average(logarithms, weights=count[used])))
 
 
 class Normal:
@@ -141,7 +152,7 @@ def regress(
 ) -> Regression:
     """The law of that smoothness, of `choices`, that predicts best.
 
-    level: mean square error to begin with.
+    level: typical square error to begin with.
     """
     normal = Normal(rows, law, rough)
     folds = folds_of(rows)
@@ -152,9 +163,9 @@ def regress(
         tried = {
             float(one): normal.predict(float(one), level, folds, slope)[:, 0] for one in choices
         }
-        best = min(tried, key=lambda one: tried[one].sum())
+        best = min(tried, key=lambda one: typical(tried[one], normal.count))
         best_errors = tried[best]
-        now = max(float(best_errors.sum() / normal.count.sum()), 1.0)
+        now = max(typical(best_errors, normal.count), 1.0)
         if now > 0.7 * level:
             break
         level = max(now, 0.1 * level)

@@ -35,6 +35,7 @@ from .description import Course, Description, Resembled
 from .formula import formula
 from .missing import TORQUE, Missing
 from .nearest import curve
+from .regress import Rows
 from .rigid_motion import RigidMotion
 
 _FREE = 1e3  # times what a pull of what the file leaves out may come to
@@ -133,9 +134,7 @@ def _described(
     whole = left_over <= STRUCTURELESS * floor or before - left_over >= EXPLAINED_SHRINK * surplus
     if not whole or named <= left_over or _strained(choice, judgement):
         return None
-    data, predicted = looked.data, choice.best.found
-    noise = np.bincount(data.block, weights=data.weight).astype(np.float64)
-    chance = probability(choice.alone.errors, predicted.errors, noise, data.evidence)
+    chance = _by_chance(looked.data, choice)
     if chance > LEVEL:
         return None
     found = _description(judgement, motion, looked, choice, missing, law, sheet, chance)
@@ -191,6 +190,17 @@ def _known(looked: Balance, choice: Choice) -> bool:
     seen = looked.seen(choice.best)
     variance = np.maximum(np.diag(found.covariance), 0.0)[seen]
     return bool(np.mean(found.values[seen] ** 2) > 1.96**2 * np.mean(variance))
+
+
+def _by_chance(data: Rows, choice: Choice) -> float:
+    """The probability of as good a prediction by a law without connection to what is missing."""
+    count = choice.alone.count
+    # As in `regress.typical`: no stretch counts for more because much happened in it.
+    before, after, noise = (
+        count * np.log1p(one / np.maximum(count, 1))
+        for one in (choice.alone.errors, choice.best.found.errors, count)
+    )
+    return probability(before, after, noise, data.evidence)
 
 
 def _parts(looked: Balance, choice: Choice, missing: Missing) -> tuple[FloatArray, FloatArray]:

@@ -10,32 +10,36 @@ import numpy as np
 
 from ...effects.catalogue import CATALOGUE
 from ..compete.compete import Competition
-from ..fit.fit import Fitter
+from ..fit.fit import Fit, Fitter
 from ..replay.evidence import gather
 from .constancy import without_effects
 
 
-def without_open_ended(competition: Competition, fitter: Fitter) -> tuple[Competition, list[str]]:
-    """The competition without causes of a place that goes on beyond the stroke that was visited,
-    and what to say of them."""
-    winner = competition.winner
+def open_ended(fit: Fit, fitter: Fitter) -> dict[str, str]:
+    """{effect: why it is no cause} of those effects of a fit whose place goes on beyond the stroke
+    that was visited."""
     places = {
-        name: where(winner.values[name])
-        for name in winner.names
+        name: where(fit.values[name])
+        for name in fit.names
         if (where := CATALOGUE[name].place) is not None
     }
     if not places:
-        return competition, []
+        return {}
     low, high = _visited(fitter)
-    notes = {
+    return {
         name: f"{CATALOGUE[name].title} would improve the fit, but the motion ends "
         f"({1e3 * low:.4g} to {1e3 * high:.4g} mm) within its place"
         for name, (first, last) in places.items()
         if not low < first < last < high
     }
-    if not notes:
+
+
+def without_open_ended(competition: Competition, fitter: Fitter) -> tuple[Competition, list[str]]:
+    """The competition without such causes in its winner, and what to say of them."""
+    found = open_ended(competition.winner, fitter)
+    if not found:
         return competition, []
-    return without_effects(competition, fitter, list(notes)), list(notes.values())
+    return without_effects(competition, fitter, list(found)), list(found.values())
 
 
 def _visited(fitter: Fitter) -> tuple[float, float]:
