@@ -18,6 +18,7 @@ _MOST_POINTS = 400
 _CURVE = 200
 _LEAST_TURNS = 1.5  # from which a recording tells an angle from a position
 _ROWS = 4  # curves of a law of two variables
+_RARE = 1e-6  # a chance below this is told in words
 
 
 def sentence(diagnosis: Diagnosis, law: Description) -> str:
@@ -74,7 +75,8 @@ def facts(law: Description) -> list[tuple[str, str]]:
         of, worse = law.next_best[0]
         names = " and ".join(SPOKEN[one] for one in of) or "no variable"
         found.append(("next best", f"{names}: {q.number(worse)} times the error of prediction"))
-    found.append(("by chance", f"found in {q.number(law.chance)} of draws without a law"))
+    rare = q.number(law.chance) if law.chance >= _RARE else "less than one in a million"
+    found.append(("by chance", f"{rare}, by how each stretch follows from the others"))
     return found
 
 
