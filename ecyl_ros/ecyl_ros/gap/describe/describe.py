@@ -117,7 +117,8 @@ def describe(
         return None
     if any(_as_near(one, played, fitter) for one in _named(competition)):
         return None
-    chance = _by_chance(fitter, null, played)
+    sets = {(one.guess.kind, one.guess.of) for one in candidates}
+    chance = _by_chance(fitter, null, played, len(sets))
     if chance > LEVEL:
         return None
     return Described(_described(fitter, competition, played, chosen, motion, chance, alike), played)
@@ -217,18 +218,17 @@ def _helps(fitter: Fitter, played: Played, null: Fit) -> bool:
     return before - after >= HELPS * (before - white)
 
 
-def _by_chance(fitter: Fitter, null: Fit, played: Played) -> float:
+def _by_chance(fitter: Fitter, null: Fit, played: Played, sets: int) -> float:
     """The probability of as little a gap by a law without connection to what is missing."""
     usable = fitter.rows | fitter.held
     stretch = np.floor(fitter.replay.time_s[usable] / STRETCH_S).astype(np.int64)
     _, stretch, count = np.unique(stretch, return_inverse=True, return_counts=True)
 
-    def summed(gap: FloatArray) -> FloatArray:
+    def by_stretch(gap: FloatArray) -> FloatArray:
         squares = robust_squares(gap[:, usable]).mean(axis=0)
-        return np.bincount(stretch, weights=squares).astype(np.float64)
+        return np.bincount(stretch, weights=squares) / count
 
-    floor = (fitter.perfect**2 * count).astype(np.float64)
-    return probability(summed(null.gap), summed(played.unseen), floor, fitter.sheet.evidence)
+    return probability(by_stretch(null.gap), by_stretch(played.unseen), sets)
 
 
 def _pooled(fitter: Fitter, gap: FloatArray) -> float:

@@ -35,7 +35,6 @@ from .description import Course, Description, Resembled
 from .formula import formula
 from .missing import TORQUE, Missing
 from .nearest import curve
-from .regress import Rows
 from .rigid_motion import RigidMotion
 
 _FREE = 1e3  # times what a pull of what the file leaves out may come to
@@ -134,7 +133,7 @@ def _described(
     whole = left_over <= STRUCTURELESS * floor or before - left_over >= EXPLAINED_SHRINK * surplus
     if not whole or named <= left_over or _strained(choice, judgement):
         return None
-    chance = _by_chance(looked.data, choice)
+    chance = _by_chance(choice)
     if chance > LEVEL:
         return None
     found = _description(judgement, motion, looked, choice, missing, law, sheet, chance)
@@ -192,15 +191,12 @@ def _known(looked: Balance, choice: Choice) -> bool:
     return bool(np.mean(found.values[seen] ** 2) > 1.96**2 * np.mean(variance))
 
 
-def _by_chance(data: Rows, choice: Choice) -> float:
+def _by_chance(choice: Choice) -> float:
     """The probability of as good a prediction by a law without connection to what is missing."""
-    count = choice.alone.count
-    # As in `regress.typical`: no stretch counts for more because much happened in it.
-    before, after, noise = (
-        count * np.log1p(one / np.maximum(count, 1))
-        for one in (choice.alone.errors, choice.best.found.errors, count)
-    )
-    return probability(before, after, noise, data.evidence)
+    used = choice.alone.count > 0
+    before, after = choice.alone.errors[used], choice.best.found.errors[used]
+    sets = {(one.kind, one.of) for one in (choice.best, *choice.rivals)}
+    return probability(before, after, len(sets))
 
 
 def _parts(looked: Balance, choice: Choice, missing: Missing) -> tuple[FloatArray, FloatArray]:
