@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..inverse import inverse_of
 from ..replay.replay import FloatArray
 
 # Smoothness that is tried, as the weight of the roughness over that of a squared residual.
@@ -171,7 +172,7 @@ def regress(
         level = max(now, 0.1 * level)
     assert best_errors is not None
     whole = normal.gram.sum(axis=0)
-    inverse = np.linalg.pinv(whole + normal.held(best, level), hermitian=True)
+    inverse = inverse_of(whole + normal.held(best, level))
     found = inverse @ normal.slope.sum(axis=0)
     size = normal.size
     freedom = float(np.trace((inverse @ whole)[:size, :size]))
