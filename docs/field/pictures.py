@@ -15,6 +15,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from ecyl_ros.drive.rigid.machine_file import load_machine
+from ecyl_ros.effects.catalogue import rigid_forms
 from ecyl_ros.gap.diagnose import diagnose
 from ecyl_ros.gap.diagnosis import Diagnosis
 from ecyl_ros.recording.load import load_recording
@@ -63,6 +64,34 @@ def emps(field: Path, out: Path) -> None:
     right.set(xlabel="time / s", ylabel="force left / N", ylim=(-9, 9))
     right.legend(frameon=False, loc="upper right")
     figure.savefig(out / "emps.png", dpi=110)
+
+
+def emps_law(field: Path, out: Path) -> None:
+    """The drag that is described where no friction may be named, beside the published friction."""
+    recording = _load(field, "emps/DATA_EMPS.mat", "emps")
+    frictions = [name for name in rigid_forms(linear=True) if "friction" in name]
+    found = diagnose(recording, load_machine(HERE / "emps.yaml"), without=frictions)
+    assert found.law is not None
+    learned = found.law
+    (speeds,), drag = learned.law.at, np.array(learned.law.values)
+    speed, points = learned.points
+    figure, axis = plt.subplots(figsize=(6.5, 3.4), constrained_layout=True)
+    axis.spines[["top", "right"]].set_visible(False)
+    axis.grid(alpha=0.25)
+    axis.plot(1e3 * speed, points, ".", ms=1.5, color=RECORDED, label="drag that is missing")
+    mm_per_s = 1e3 * np.array(speeds)
+    axis.fill_between(
+        mm_per_s, drag - learned.half, drag + learned.half, color=AFTER, alpha=0.2, lw=0.0
+    )
+    axis.plot(mm_per_s, drag, color=AFTER, label="law, with its 95 % band")
+    for level, slope, way in ((20.14, 166.7, 1.0), (20.63, 240.4, -1.0)):
+        along = way * np.linspace(2.0, 128.0, 2)
+        label = "published friction" if way > 0.0 else None
+        drawn = level + slope * np.abs(along) / 1e3
+        axis.plot(along, drawn, "--", color=BEFORE, lw=1.2, label=label)
+    axis.set(xlabel="speed / (mm/s)", ylabel="drag / N", ylim=(0.0, 65.0))
+    axis.legend(frameon=False, markerscale=5, loc="lower left")
+    figure.savefig(out / "emps_law.png", dpi=110)
 
 
 def _orders(diagnosis: Diagnosis) -> tuple[np.ndarray, np.ndarray]:
@@ -125,5 +154,5 @@ if __name__ == "__main__":
         sys.exit(__doc__)
     target = Path(sys.argv[2])
     target.mkdir(parents=True, exist_ok=True)
-    for draw in (emps, laas, sage):
+    for draw in (emps, emps_law, laas, sage):
         draw(Path(sys.argv[1]), target)

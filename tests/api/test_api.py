@@ -21,11 +21,12 @@ RIGID = """/**:
     drive: {kind: rigid, output: linear}
     actuation: {signal: current, gain: 486.0}
 """
-# What scripts and notebooks of users lean on. A line may be added; none may change.
+# What scripts and notebooks of users lean on. A line, or a keyword with a default, may be added;
+# none may change.
 STABLE = """
 analyse(recording, skip_s=0.0, *, rotor_to_rod_m_per_rad=None, emd_settings=None, line_hz=None)
 changed(drive, values)
-diagnose(recording, drive, signal_map=None, *, begin_s=None, end_s=None, mode=None, progress=None)
+diagnose(recording, drive, signal_map=None, *, begin_s=None, end_s=None, mode=None, without=(), progress=None)
 load_drive(name)
 profiles()
 propose_map(path)
@@ -132,6 +133,16 @@ def test_memory_and_file_are_diagnosed_alike(found: ec.DiagnosisResult, rigid: P
     for one in (own, other):
         one.pop("seconds"), one.pop("recording")
     assert own == other and own["schema"] == "ecyl.diagnosis/1"
+
+
+def test_what_a_machine_surely_has_not_is_left_out(
+    found: ec.DiagnosisResult, recording: ec.Recording, rigid: Path
+) -> None:
+    """`without`: the cause that was found is not named, and a note says why."""
+    names = [one.effect for one in found.causes]
+    other = ec.diagnose(recording, rigid, without=names)
+    assert names and not set(names) & {one.effect for one in other.causes}
+    assert any("did without" in note and names[0] in note for note in other.notes)
 
 
 def test_a_diagnosis_shows_itself(found: ec.DiagnosisResult, tmp_path: Path) -> None:

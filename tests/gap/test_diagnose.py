@@ -95,5 +95,5 @@ def test_the_emulated_drive_has_no_gap_to_its_own_model() -> None:
 def test_an_effect_that_does_not_exist_cannot_be_left_out() -> None:
     """A misspelt effect is refused by name."""
     bag = Path(__file__).parents[2] / "bags" / "bench_moves.mcap"
-    with pytest.raises(InputError, match="no effect called cogging"):
+    with pytest.raises(InputError, match="without cogging: no such effect"):
         diagnose(read_recording(bag), exact("bench"), without=("cogging",))

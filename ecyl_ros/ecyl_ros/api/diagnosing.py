@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from pathlib import Path
 
 from ..drive.drive_file import resolve_drive
@@ -14,6 +14,7 @@ from ..drive.rigid.machine import Machine
 from ..errors import InputError
 from ..gap.diagnose import diagnose as judge
 from ..gap.diagnosis import Diagnosis
+from ..gap.listed import listed
 from ..gap.long_run import MOST_STRETCHES, diagnose_long
 from ..gap.replay.screen import LONGEST_S
 from ..gap.several.together import check_together, diagnose_together
@@ -38,6 +39,7 @@ def diagnose(
     begin_s: float | None = None,
     end_s: float | None = None,
     mode: float | None = None,
+    without: Collection[str] = (),
     progress: Progress | None = None,
 ) -> DiagnosisResult:
     """Where the gap between a recording and its model lies, what causes it, how far it shrinks.
@@ -50,10 +52,12 @@ def diagnose(
             or what `load_drive` gave.
         signal_map, begin_s, end_s: of a file, as `read` takes them.
         mode: judge only the samples whose mapped `mode` has this value (rigid drives, followers).
+        without: effects of the catalogue that the machine surely has not: they do not compete.
         progress: called now and then with the share done, 0 to 1.
 
     Raises:
-        InputError: unusable input: nothing to compare, too short, no motion, an unstable loop.
+        InputError: unusable input: nothing to compare, too short, no motion, an unstable loop, an
+            effect in `without` that does not exist.
     """
     tell = progress or (lambda share: None)
     drive_file: Path | None = None
@@ -64,8 +68,8 @@ def diagnose(
         model, name = load_model(drive_file), str(drive_file)
     span = as_span(begin_s, end_s)
     if not isinstance(recording, Recording | str | os.PathLike):
-        found = _together(recording, model, name, as_map(signal_map), span, mode, tell)
-        return DiagnosisResult.of(found, drive_file)
+        found = _together(recording, model, name, as_map(signal_map), span, mode, without, tell)
+        return DiagnosisResult.of(_doing_without(found, without), drive_file)
     if isinstance(recording, Recording):
         source = "recording"
         if signal_map is not None:
@@ -80,11 +84,29 @@ def diagnose(
         if mode is not None:
             raise InputError(f"{name}: a full cylinder is judged in all modes; expected no mode")
         assert isinstance(model, DriveParameters)
-        found = diagnose_long(whole, model, source=source, drive_name=name, progress=tell)
+        found = diagnose_long(
+            whole, model, without=without, source=source, drive_name=name, progress=tell
+        )
     else:
-        found = judge(whole, model, mode=mode, source=source, drive_name=name, progress=tell)
+        found = judge(
+            whole,
+            model,
+            without=without,
+            mode=mode,
+            source=source,
+            drive_name=name,
+            progress=tell,
+        )
         found = _with_notes(found, whole, source)
-    return DiagnosisResult.of(found, drive_file)
+    return DiagnosisResult.of(_doing_without(found, without), drive_file)
+
+
+def _doing_without(diagnosis: Diagnosis, without: Collection[str]) -> Diagnosis:
+    """The diagnosis, which says what did not compete."""
+    if not without:
+        return diagnosis
+    note = f"as asked, the diagnosis did without {listed(list(without))}"
+    return dataclasses.replace(diagnosis, notes=(note, *diagnosis.notes))
 
 
 def _together(
@@ -94,6 +116,7 @@ def _together(
     signal_map: SignalMap | None,
     span: Span | None,
     mode: float | None,
+    without: Collection[str],
     tell: Progress,
 ) -> Diagnosis:
     """Of several recordings of one machine."""
@@ -116,7 +139,13 @@ def _together(
         sources.append(source)
         tell(_LOOKED_THROUGH * number / len(recordings))
     found = diagnose_together(
-        read, model, mode=mode, sources=sources, drive_name=name, progress=_rest_of(tell)
+        read,
+        model,
+        without=without,
+        mode=mode,
+        sources=sources,
+        drive_name=name,
+        progress=_rest_of(tell),
     )
     notes, signs = list[str](), list[str]()
     for whole, source in zip(read, sources, strict=True):

@@ -12,6 +12,7 @@ from .drive_kind import check_kind
 from .outputs import add_overwrite, check_outputs
 from .progress import progress_bar
 from .recording_options import add_recording, add_span, read_map, read_span
+from .without import add_without, without_of
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -30,6 +31,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="VALUE",
         help="judge only samples whose mapped `mode` has this value (rigid drives, followers)",
     )
+    add_without(parser)
     parser.add_argument("--json", type=Path, metavar="OUT", help="write the diagnosis as JSON")
     parser.add_argument(
         "--report", type=Path, metavar="OUT.html", help="write the diagnosis as one HTML page"
@@ -90,6 +92,7 @@ def run(options: argparse.Namespace) -> int:
             begin_s=options.begin_s,
             end_s=options.end_s,
             mode=options.mode,
+            without=without_of(options),
             progress=progress,
         )
     writers = (

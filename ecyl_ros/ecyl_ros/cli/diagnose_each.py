@@ -13,6 +13,7 @@ from ..errors import InputError
 from .drive_kind import check_kind
 from .progress import progress_bar
 from .recording_options import read_map, read_span
+from .without import without_of
 
 if TYPE_CHECKING:  # not at run time, to keep `--help` fast
     from ..gap.diagnosis import Diagnosis
@@ -113,6 +114,7 @@ def _one(
         begin_s=options.begin_s,
         end_s=options.end_s,
         mode=options.mode,
+        without=without_of(options),
     )
 
 
@@ -121,7 +123,8 @@ def _asked(options: argparse.Namespace, drive_file: Path) -> bytes:
     parts = [__version__.encode(), drive_file.read_bytes()]
     if options.map is not None:
         parts.append(options.map.read_bytes())
-    parts.append(repr((options.mode, options.begin_s, options.end_s)).encode())
+    asked = (options.mode, options.begin_s, options.end_s, without_of(options))
+    parts.append(repr(asked).encode())
     return b"\0".join(parts)
 
 

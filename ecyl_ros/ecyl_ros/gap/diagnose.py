@@ -46,7 +46,9 @@ def check_input(
     known = effects_of(drive)
     unknown = sorted(set(without) - set(known))
     if unknown:
-        raise InputError(f"no effect called {unknown[0]}; expected one of {', '.join(known)}")
+        raise InputError(
+            f"without {unknown[0]}: no such effect competes; expected one of {', '.join(known)}"
+        )
     rigid_alone = not (isinstance(drive, DriveParameters) or together)
     shortest = _SHORTEST_RIGID_S if rigid_alone else _SHORTEST_S
     # The last sample counts for a period, too: 3000 samples at 1 kHz are 3 s.

@@ -4,7 +4,7 @@ those with a gap is diagnosed, and what is found is tried on the others."""
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 
 from ..drive.parameters import DriveParameters
 from ..drive.stability import check_stability
@@ -31,6 +31,7 @@ def diagnose_long(
     recording: LongRecording,
     drive: DriveParameters,
     *,
+    without: Collection[str] = (),
     source: str,
     drive_name: str,
     progress: Callable[[float], None] | None = None,
@@ -40,6 +41,7 @@ def diagnose_long(
     Args:
         recording: its stretches, the liveliest first.
         drive: the nominal model.
+        without: effects that the diagnosis must do without.
         source, drive_name: what messages call the two.
         progress: called now and then with the share done, 0 to 1.
 
@@ -71,6 +73,7 @@ def diagnose_long(
     found = diagnose(
         part,
         drive,
+        without=without,
         source=source,
         drive_name=drive_name,
         progress=lambda share: tell(_GAUGED + (_JUDGED - _GAUGED) * share),
