@@ -26,7 +26,8 @@ RIGID = """/**:
 STABLE = """
 analyse(recording, skip_s=0.0, *, rotor_to_rod_m_per_rad=None, emd_settings=None, line_hz=None)
 changed(drive, values)
-diagnose(recording, drive, signal_map=None, *, begin_s=None, end_s=None, mode=None, without=(), progress=None)
+diagnose(recording, drive, signal_map=None, *, begin_s=None, end_s=None, mode=None, without=(), \
+progress=None)
 load_drive(name)
 profiles()
 propose_map(path)

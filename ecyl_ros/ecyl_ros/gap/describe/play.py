@@ -29,7 +29,7 @@ from ..split import STRETCH_S
 from .axis import roughness
 from .choose import Guess
 
-_LEAST, _MOST = 6, 18  # directions that a law moves along, beside its own size
+_LEAST, _MOST = 6, 30  # directions that a law moves along, beside its own size
 _FAR = 20.0  # times its RMS that a law may move
 # How it is fitted: stages in turn, each with fresh derivatives and so many steps at the most.
 ROUGHLY = ((COARSE, 2),)
