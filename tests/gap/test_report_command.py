@@ -136,3 +136,13 @@ def test_no_cause_no_drive_file(
     assert main(words) == 0
     assert "no cause was named" in capsys.readouterr().err
     assert not out.exists()
+
+
+def test_effects_are_left_out_by_name(
+    recording: Path, said: list, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """--without takes names between commas, each once, and the summary says so."""
+    flags = ["--drive", "bench", "--without", "cogging_torque, lead_error,cogging_torque"]
+    assert main(["diagnose", str(recording), *flags]) == 0
+    assert [call["without"] for call in said] == [("cogging_torque", "lead_error")]
+    assert "did without cogging_torque and lead_error" in capsys.readouterr().out
