@@ -12,7 +12,7 @@ from .rivals import runner_up
 from .verdict import sentence, telling_condition, when_in_words
 
 _WIDTH = 96
-_MOST_NOTES = 3
+_MOST_NOTES = 5
 _MOST_PAIRS = 2
 _TEXT = ("held out", "recording", "unit")  # columns of words, set to the left
 

@@ -66,7 +66,8 @@ def assembled(
         best = closest(along, whole, untold if named else ())
     gap = SignalGap(motion.effort_name, motion.effort_unit, ruling.before, ruling.after, floor)
     before = contest.nominal.rms(judgement.judged)
-    said = [*motion.notes, *judgement.notes]
+    # What was found comes first, what no such drive can show last.
+    said = [*judgement.notes, *motion.notes]
     unused = [note for one in recordings for note in unused_motion(one, judgement.machine)]
     return Diagnosis(
         source=source,
@@ -85,7 +86,7 @@ def assembled(
         steps=reached,
         candidates=_candidates(judgement),
         # Of two lines of one effect the same may be said.
-        notes=tuple(dict.fromkeys([*unused, *costs(motion, along, mode), *played.notes, *said])),
+        notes=tuple(dict.fromkeys([*said, *unused, *costs(motion, along, mode), *played.notes])),
         values=_values(judgement, best) if named and best is not None else {},
         series=_series(judgement, ruling, played, int(recordings[0].stamp_ns[0])),
         replays=contest.fits,

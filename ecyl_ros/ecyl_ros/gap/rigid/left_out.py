@@ -9,7 +9,10 @@ from .motion import Motion
 
 
 def costs(motion: Motion, along: Along, mode: float | None) -> list[str]:
-    """As notes, one per key; mode: that was judged, None for all."""
+    """As notes: of the motion, of each key of the file, of the kind of drive.
+
+    mode: that was judged, None for all.
+    """
     machine = along.machine
     side = "load" if machine.linear else "rotor"
     notes: list[str] = []
@@ -19,6 +22,23 @@ def costs(motion: Motion, along: Along, mode: float | None) -> list[str]:
         f"compared up to {motion.bandwidth_hz:.3g} Hz (zero-phase), "
         f"{motion.rate_hz / motion.step:.3g} samples per second; faster effects are not seen",
     ]
+    if not along.both_ways:
+        notes.append("the output moves one way only: Coulomb friction and a constant load are one")
+    elif max(along.strokes) < 2:
+        notes.append(
+            "one stroke each way: what depends on position, speed, direction or time can hardly be "
+            "told apart; a recording with several strokes would tell"
+        )
+    if mode is not None:
+        notes.append(f"judged where the mode is {mode:g}")
+    else:
+        values = np.unique(motion.mode[np.isfinite(motion.mode)])
+        if values.size > 1:
+            listed = ", ".join(f"{one:g}" for one in values[:8].tolist())
+            notes.append(
+                f"the mode changes within the run ({listed}): all were judged together; "
+                "--mode picks one"
+            )
     if motion.effort_unit not in ("N", "N m"):
         told = "" if not any(along.model.keys) else ", and found with the values of the file"
         notes.append(
@@ -35,23 +55,6 @@ def costs(motion: Motion, along: Along, mode: float | None) -> list[str]:
         notes.append(
             "no controller in the drive file: delays and limits of the loop are not judged"
         )
-    if not along.both_ways:
-        notes.append("the output moves one way only: Coulomb friction and a constant load are one")
-    elif max(along.strokes) < 2:
-        notes.append(
-            "one stroke each way: what depends on position, speed, direction or time can hardly be "
-            "told apart; a recording with several strokes would tell"
-        )
     if machine.linear and machine.lead is None:
         notes.append("screw.lead is left out: what repeats over the stroke has a period in m")
-    if mode is not None:
-        notes.append(f"judged where the mode is {mode:g}")
-    else:
-        values = np.unique(motion.mode[np.isfinite(motion.mode)])
-        if values.size > 1:
-            listed = ", ".join(f"{one:g}" for one in values[:8].tolist())
-            notes.append(
-                f"the mode changes within the run ({listed}): all were judged together; "
-                "--mode picks one"
-            )
     return [*notes, *general]
