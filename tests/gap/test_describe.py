@@ -16,6 +16,7 @@ from ecyl_ros.drive.law import Law
 from ecyl_ros.gap.compete.compete import Competition
 from ecyl_ros.gap.describe.apply import described, with_description
 from ecyl_ros.gap.describe.axis import Axis, columns, roughness
+from ecyl_ros.gap.describe.chance import LEVEL, probability
 from ecyl_ros.gap.describe.choose import Choice, Guess, standing
 from ecyl_ros.gap.describe.describe import Described, describe
 from ecyl_ros.gap.describe.formula import formula
@@ -249,3 +250,20 @@ def test_a_formula_has_no_wave_that_the_table_cannot_tell() -> None:
     assert formula(law, np.zeros(12)) is None
     law = Law("rotor_torque", ("rotor_angle",), (tuple(a),), tuple(0.1 * np.cos(2.0 * a)))
     assert formula(law, np.zeros(12)) == "0.1 N m cos(2a)"
+
+
+def test_a_law_that_helps_in_few_stretches_is_by_chance() -> None:
+    """A paired t-test over 24 stretches: half as much left in each is sure, in one is not; the
+    number of sets that were looked at counts; perfect data end in no warning."""
+    rng = np.random.default_rng(2)
+    before = rng.uniform(1.0, 3.0, 24)
+    everywhere = 0.5 * before * rng.uniform(0.8, 1.2, 24)
+    once = np.where(np.arange(24) == 5, 0.01, 1.0) * before * rng.uniform(0.9, 1.1, 24)
+    assert probability(before, everywhere, 1) < 1e-9
+    assert probability(before, once, 1) > LEVEL
+    assert probability(before, everywhere, 4) == pytest.approx(
+        4.0 * probability(before, everywhere, 1)
+    )
+    worse = before * rng.uniform(0.9, 1.4, 24)
+    assert probability(before, worse, 1) > 0.9
+    assert 0.0 <= probability(before, np.where(np.arange(24) < 12, 0.0, everywhere), 1) < LEVEL

@@ -14,6 +14,7 @@ from scipy.stats import t as student
 from ..replay.replay import FloatArray
 
 LEVEL = 0.01  # of a law by chance, over all sets of variables that were looked at
+_ROUNDED = 1e-12  # of what is left without a law: less is rounding
 
 
 def probability(before: FloatArray, after: FloatArray, sets: int) -> float:
@@ -24,7 +25,8 @@ def probability(before: FloatArray, after: FloatArray, sets: int) -> float:
             other stretches tell; noise included.
         sets: how many sets of variables were looked at (Bonferroni).
     """
-    smaller = np.log(before / after)
+    told = before > 0.0
+    smaller = -np.log(np.maximum(after[told] / before[told], _ROUNDED))
     count = len(smaller)
     if count < 2:
         return 1.0

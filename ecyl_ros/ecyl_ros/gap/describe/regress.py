@@ -112,26 +112,21 @@ class Normal:
         found: FloatArray = smooth * self.rough + weight * self.price
         return found
 
-    def predict(
-        self, smooth: float, level: float, folds: Sequence[np.ndarray], slope: FloatArray
-    ) -> FloatArray:
-        """Squared errors of prediction by stretch: float64[blocks, draws].
-
-        slope: float64[blocks, whole, draws] in place of the target's.
-        """
+    def predict(self, smooth: float, level: float, folds: Sequence[np.ndarray]) -> FloatArray:
+        """Squared errors of prediction by stretch: float64[blocks]."""
         added = self.held(smooth, level)
-        gram, right = self.gram.sum(axis=0) + added, slope.sum(axis=0)
+        gram, right = self.gram.sum(axis=0) + added, self.slope.sum(axis=0)
         left = np.stack([gram - self.gram[fold].sum(axis=0) for fold in folds])
         index = np.arange(left.shape[1])
         left[:, index, index] *= 1.0 + 1e-9
         left[:, index, index] += 1e-12
-        rights = np.stack([right - slope[fold].sum(axis=0) for fold in folds])
-        found = np.linalg.solve(left, rights)
-        errors = np.zeros((len(self.count), slope.shape[2]))
+        rights = np.stack([right - self.slope[fold].sum(axis=0) for fold in folds])
+        found = np.linalg.solve(left, rights[:, :, None])[:, :, 0]
+        errors = np.zeros(len(self.count))
         for fold, one in zip(folds, found, strict=True):
             for block in fold:
-                spread = self.gram[block] @ one - 2.0 * slope[block]
-                errors[block] = self.square[block] + (one * spread).sum(axis=0)
+                spread = self.gram[block] @ one - 2.0 * self.slope[block]
+                errors[block] = self.square[block] + float(one @ spread)
         return errors
 
 
@@ -157,13 +152,10 @@ def regress(
     """
     normal = Normal(rows, law, rough)
     folds = folds_of(rows)
-    slope = normal.slope[:, :, None]
     choices = choices if normal.size > 1 else choices[:1]
     best_errors, best = None, float(choices[0])
     for _ in range(rounds):
-        tried = {
-            float(one): normal.predict(float(one), level, folds, slope)[:, 0] for one in choices
-        }
+        tried = {float(one): normal.predict(float(one), level, folds) for one in choices}
         best = min(tried, key=lambda one: typical(tried[one], normal.count))
         best_errors = tried[best]
         now = max(typical(best_errors, normal.count), 1.0)
