@@ -3,6 +3,7 @@
 import os
 import signal
 from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 
@@ -14,6 +15,40 @@ os.environ.setdefault("ROS_PYTHON_CHECK_FIELDS", "1")
 # A shell's background jobs ignore SIGINT, and so would what the tests start to send it to.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+# Files that take a quarter of a minute or more. Where files go side by side, these begin first, so
+# that no long one is left over for one process at the end.
+_LONGEST = (
+    "gap/test_diagnose.py",
+    "docs/test_site.py",
+    "field/test_field_recordings.py",
+    "gap/test_several_cylinders.py",
+    "gap/test_study_machine.py",
+    "gap/test_rigid_twin.py",
+    "gap/test_rigid.py",
+    "gap/test_study.py",
+    "gap/test_coincidence.py",
+    "gap/test_finer_forms.py",
+    "gap/test_sheet.py",
+    "drive/test_bounds.py",
+    "gap/test_describe.py",
+    "gap/test_noise_in_loop.py",
+    "gap/test_hidden.py",
+    "gap/test_left_out.py",
+    "gap/test_place.py",
+    "gap/test_fleet.py",
+    "gap/test_several.py",
+    "test_paper_command.py",
+    "analysis/test_bench.py",
+)
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """The longest files first, the others as they come."""
+    here = Path(__file__).parent
+    rank = {here / name: number for number, name in enumerate(_LONGEST)}
+    items.sort(key=lambda item: rank.get(item.path, len(rank)))
 
 
 @pytest.fixture
