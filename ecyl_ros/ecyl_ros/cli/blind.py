@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..errors import InputError
+from .commas import names_in
 from .outputs import check_outputs
 from .progress import progress_bar
 
@@ -142,10 +143,6 @@ def _drives(options: argparse.Namespace) -> tuple[Drives, Path | None]:
     return BenchDrives(load_drive(drive_file), options.sheet or 0.0, several), drive_file
 
 
-def _names(text: str) -> tuple[str, ...]:
-    return tuple(word.strip() for word in text.split(",") if word.strip())
-
-
 def _known(flag: str, names: tuple[str, ...], known: Any) -> tuple[str, ...]:
     import difflib
 
@@ -198,10 +195,10 @@ def _choice(options: argparse.Namespace, drives: Drives) -> Choice:
 
     kinds, effects = tuple(one for one in drives.kinds if one in KINDS), None
     if options.kinds is not None:
-        kinds = _known("--kinds", _names(options.kinds), drives.kinds)
+        kinds = _known("--kinds", names_in(options.kinds), drives.kinds)
     if options.effects is not None:
-        effects = _known("--effects", _names(options.effects), drives.effects)
-    without = _known("--without", _names(options.without), drives.nameable)
+        effects = _known("--effects", names_in(options.effects), drives.effects)
+    without = _known("--without", names_in(options.without), drives.nameable)
     return Choice(kinds, effects, without)
 
 

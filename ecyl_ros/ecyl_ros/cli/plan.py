@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..errors import InputError
+from .commas import names_in
 from .outputs import add_overwrite, check_outputs
 from .progress import progress_bar
 
@@ -184,7 +185,7 @@ def _asked(
     if options.all:
         return [], list(CATALOGUE), {}, every, "planned for: every effect, beside the sheet"
     if options.between is not None:
-        names = [word.strip() for word in options.between.split(",") if word.strip()]
+        names = names_in(options.between)
         for one in names:
             if one not in CATALOGUE:
                 import difflib

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import argparse
 
+from .commas import names_in
+
 
 def add_without(parser: argparse.ArgumentParser) -> None:
     """Declare the flag."""
@@ -17,4 +19,4 @@ def add_without(parser: argparse.ArgumentParser) -> None:
 
 def without_of(options: argparse.Namespace) -> tuple[str, ...]:
     """The names that were given, each once, in their order."""
-    return tuple(dict.fromkeys(one.strip() for one in options.without.split(",") if one.strip()))
+    return tuple(dict.fromkeys(names_in(options.without)))

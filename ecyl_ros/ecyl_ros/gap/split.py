@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .diagnosis import BoolArray, FloatArray
 
@@ -14,6 +15,11 @@ _HELD_OUT_EVERY = 3  # one stretch in so many is never fitted
 _SHORTER_S = (0.25, 0.1, 0.05, 0.02)
 _LEAST, _MOST = 0.1, 0.8  # share of a gap that judging should see
 _STANDS_OUT, _COUNTS = 3.0, 100.0  # noise floors: from which a difference counts, and up to which
+
+
+def stretch_of(time_s: FloatArray) -> NDArray[np.int64]:
+    """The number of the stretch of `STRETCH_S` that each instant lies in, int64[n]."""
+    return np.floor(time_s / STRETCH_S).astype(np.int64)
 
 
 def held_out(time_s: FloatArray, longest_s: float = STRETCH_S) -> BoolArray:

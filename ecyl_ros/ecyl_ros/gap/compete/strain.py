@@ -16,7 +16,7 @@ import numpy as np
 from ...effects.catalogue import CATALOGUE
 from ..fit.fit import Fit, Fitter, Values
 from ..fit.gram import weighted_products
-from ..fit.robust import robust_weights
+from ..fit.robust import per_square, robust_weights
 from ..inverse import inverse_of
 from ..replay.replay import FloatArray
 from ..sheet import PULL_PRICE
@@ -51,7 +51,7 @@ def strains(fit: Fit, fitter: Fitter) -> list[Strain]:
     first = len(fit.coordinates)
     residual = fit.gap[:, fitter.rows].ravel()
     weight = robust_weights(residual)
-    pieces = fitter.sheet.evidence / max(float(weight @ residual**2), float(residual.size))
+    pieces = per_square(fitter.sheet.evidence, weight, residual)
     price = np.diag([0.0] * first + [PULL_PRICE] * len(fit.pulled))
     curvature = pieces * weighted_products(fit.jacobian, weight, residual)[0] + price
     inverse = inverse_of(curvature)

@@ -224,13 +224,12 @@ class Balance:
             found = regress(self.data, law, rough, level)
         return Guess(kind, trial.of, axes, trial.heat_s, found, trial.on_load)
 
-    def design(self, guess: Guess) -> tuple[FloatArray, FloatArray]:
-        """What a law's values add to the rows, float64[k, m]; its roughness, float64[k, k]."""
+    def design(self, guess: Guess) -> FloatArray:
+        """What a law's values add to the rows, float64[k, m]."""
         values = [
             self.motion.variable(one, guess.on_load, guess.time_constant_s) for one in guess.of
         ]
-        law = self._columns(guess.kind, guess.axes, values, filtered=False)
-        return law, roughness(guess.axes)
+        return self._columns(guess.kind, guess.axes, values, filtered=False)
 
     def table(self, guess: Guess) -> FloatArray:
         """What each of a law's values counts for along the whole motion: float64[k, n]."""
@@ -272,7 +271,7 @@ class Balance:
 
         How far the others are out is what its own scatter says (by its median).
         """
-        law, _ = self.design(guess)
+        law = self.design(guess)
         left = self.data.target - guess.found.values @ law - guess.found.pulls @ self.data.sheet
         scale = max(LOSS_SCALE * 1.4826 * float(np.median(np.abs(left))), LOSS_SCALE)
         self.data = replace(self.data, weight=robust_weights(left, scale))

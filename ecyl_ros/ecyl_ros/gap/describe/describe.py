@@ -25,7 +25,7 @@ from ..judge.place import open_ended
 from ..judge.verdict import HELPS
 from ..locate.locate import pooled
 from ..replay.replay import FloatArray
-from ..split import STRETCH_S
+from ..split import stretch_of
 from . import words
 from .chance import LEVEL, probability
 from .choose import Balance, Choice, Guess, balances_of, choose
@@ -221,7 +221,7 @@ def _helps(fitter: Fitter, played: Played, null: Fit) -> bool:
 def _by_chance(fitter: Fitter, null: Fit, played: Played, sets: int) -> float:
     """The probability of as little a gap by a law without connection to what is missing."""
     usable = fitter.rows | fitter.held
-    stretch = np.floor(fitter.replay.time_s[usable] / STRETCH_S).astype(np.int64)
+    stretch = stretch_of(fitter.replay.time_s[usable])
     _, stretch, count = np.unique(stretch, return_inverse=True, return_counts=True)
 
     def by_stretch(gap: FloatArray) -> FloatArray:

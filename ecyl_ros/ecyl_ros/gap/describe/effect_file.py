@@ -9,7 +9,16 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from ...drive.law import Law
-from .effect_lines import checked, constants, described, looked_up, sized, tested, titled
+from .effect_lines import (
+    DIRECTION,
+    checked,
+    constants,
+    described,
+    looked_up,
+    opened,
+    sized,
+    tested,
+)
 
 # The kernels' arguments at each port (`effects.ports`), and what of them a variable is.
 _ARGUMENTS = {
@@ -27,7 +36,7 @@ _OF = {
     "rotor_angle": ("angle", "angle"),
     "screw_angle": ("angle", "angle / p.gear_ratio"),
     "speed": ("speed", "speed"),
-    "direction": ("speed", "1.0 if speed > 0.0 else (-1.0 if speed < 0.0 else 0.0)"),
+    "direction": ("speed", DIRECTION),
     "current": ("current", "current"),
     "torque": ("torque", "torque"),
     "voltage": ("voltage", "voltage"),
@@ -45,16 +54,10 @@ def effect_text(law: Law, name: str) -> str:
     """The effect's file. Raises InputError, see `effect_lines.checked`."""
     checked(law, name, _given(law))
     size, quantity = sized(law), _PEAK[law.unit]
-    title, said = titled(law, name)
     side = law.port.split("_")[0]
     signs = (1.0,) if law.of_friction else (1.0, -1.0)
     begun = [f'{{"{quantity}": {sign * size:.6g}}}' for sign in signs]
-    lines = [
-        f'"""{title.capitalize()}: {said[:1].lower()}{said[1:]}."""',
-        "",
-        "from __future__ import annotations",
-        "",
-    ]
+    lines = opened(law, name)
     if law.of_friction:
         lines += ["from collections.abc import Mapping", ""]
     lines += ["import numpy as np", "", "from ..drive.compiled import kernel"]

@@ -12,6 +12,8 @@ from ...effects.catalogue import EFFECTS
 from ...errors import InputError
 from . import words
 
+# Of a law's variables the one that has to be made of a kernel's arguments.
+DIRECTION = "1.0 if speed > 0.0 else (-1.0 if speed < 0.0 else 0.0)"
 _NAME = re.compile(r"[a-z][a-z0-9_]*")
 
 
@@ -32,21 +34,21 @@ def checked(law: Law, name: str, given: Mapping[str, str]) -> None:
             )
 
 
-def titled(law: Law, name: str) -> tuple[str, str]:
-    """Title and summary to begin with: the name, and what the law is."""
-    said = f"{words.place(law)} {words.depends(law)}"
-    return name.replace("_", " "), said[:1].upper() + said[1:]
+def opened(law: Law, name: str) -> list[str]:
+    """The first lines of a file: its docstring, and what every file imports."""
+    title = name.replace("_", " ").capitalize()
+    return [f'"""{title}: {_said(law)}."""', "", "from __future__ import annotations", ""]
 
 
 def described(law: Law, name: str) -> list[str]:
     """The fields of an `Effect` that the law and its name give; words to fill in among them."""
-    title, said = titled(law, name)
+    said = _said(law)
     return [
         f'    name="{name}",',
         f'    block="{words.BLOCKS[law.port]}",',
         "    # FILL IN: what a drive engineer calls it, what it is, and what shows it.",
-        f'    title="{title}",',
-        f'    summary="{said}.",',
+        f'    title="{name.replace("_", " ")}",',
+        f'    summary="{said[:1].upper()}{said[1:]}.",',
         '    excitation="motion over what the law was learned on",',
     ]
 
@@ -89,6 +91,10 @@ def tested(law: Law) -> str:
     """The law as a test holds it: a mapping named LAW."""
     entries = ",\n    ".join(f'"{key}": {_entry(value)}' for key, value in law_to_flat(law).items())
     return f"LAW = {{\n    {entries},\n}}\n"
+
+
+def _said(law: Law) -> str:
+    return f"{words.place(law)} {words.depends(law)}"
 
 
 def _numbers(values: object) -> str:

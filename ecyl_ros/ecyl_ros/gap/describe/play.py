@@ -19,13 +19,13 @@ from ...drive.law import Law
 from ..compete.earn import AT_FLOOR
 from ..fit.fit import CONVERGED, Fitter
 from ..fit.newton import Differences, Objective, descend
-from ..fit.robust import LOSS_SCALE, cost, robust_weights
+from ..fit.robust import LOSS_SCALE, cost, per_square, robust_weights
 from ..fit.stages import COARSE, EXACT, FINE, MEDIUM, Stage
 from ..inverse import inverse_of
 from ..judge.intervals import FORM, quantile, spreads
 from ..replay.replay import FloatArray
 from ..sheet import PULL_PRICE
-from ..split import STRETCH_S
+from ..split import stretch_of
 from .axis import roughness
 from .choose import Guess
 
@@ -233,11 +233,11 @@ def _unseen(best: Played, slopes: FloatArray, price: FloatArray, fitter: Fitter)
     Without a stretch the fit moves by a Newton step from where it is.
     """
     rows = fitter.rows
-    stretch = np.floor(fitter.replay.time_s[rows] / STRETCH_S).astype(np.int64)
+    stretch = stretch_of(fitter.replay.time_s[rows])
     gap = best.gap[:, rows]
     shape = (len(slopes), *gap.shape)
     weight = robust_weights(gap)
-    pieces = fitter.sheet.evidence / max(float(np.sum(weight * gap**2)), float(gap.size))
+    pieces = per_square(fitter.sheet.evidence, weight, gap)
     found = gap.copy()
     parts = []
     for one in np.unique(stretch):

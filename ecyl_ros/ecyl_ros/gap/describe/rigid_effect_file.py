@@ -10,14 +10,23 @@ from collections.abc import Mapping
 
 from ...drive.law import Law
 from ...drive.rigid.units import own_effort
-from .effect_lines import checked, constants, described, looked_up, sized, tested, titled
+from .effect_lines import (
+    DIRECTION,
+    checked,
+    constants,
+    described,
+    looked_up,
+    opened,
+    sized,
+    tested,
+)
 
 # What the kernels of `effects.rigid_ports` are given of a law's variables: a load, a friction.
 _LOAD = {"position": "position", "rotor_angle": "position", "time": "time"}
 _LEVEL = {
     **_LOAD,
     "speed": "speed",
-    "direction": "1.0 if speed > 0.0 else (-1.0 if speed < 0.0 else 0.0)",
+    "direction": DIRECTION,
 }
 
 
@@ -29,14 +38,10 @@ def rigid_effect_text(law: Law, name: str, linear: bool) -> str:
     """The effect's file; linear: whether the drive's output is. Raises InputError, see
     `effect_lines.checked`."""
     checked(law, name, _given(law))
-    title, said = titled(law, name)
     value = "max(value, 0.0)" if law.of_friction else "value"
     column = "along.sign * made" if law.of_friction else "-made"
     lines = [
-        f'"""{title.capitalize()}: {said[:1].lower()}{said[1:]}."""',
-        "",
-        "from __future__ import annotations",
-        "",
+        *opened(law, name),
         *([] if law.of_friction else ["import math", ""]),
         "import numpy as np",
         "",

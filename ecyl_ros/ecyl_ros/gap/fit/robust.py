@@ -64,6 +64,12 @@ def robust_weights(values: FloatArray, scale: float = LOSS_SCALE) -> FloatArray:
     return weights
 
 
+def per_square(evidence: float, weight: FloatArray, residual: FloatArray) -> float:
+    """What a weighted square counts for, where all samples say no more than so many pieces of
+    evidence; at a residual below the floor no more than at it."""
+    return evidence / max(float(np.vdot(weight, residual**2)), float(residual.size))
+
+
 def cost(gap: FloatArray, rows: BoolArray) -> float:
     """Robust mean square of a gap (signals, n) over its noise floor on the rows chosen."""
     return _mean(gap, rows, LOSS_SCALE, len(gap) * int(np.count_nonzero(rows)))

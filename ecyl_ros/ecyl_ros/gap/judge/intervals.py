@@ -15,11 +15,11 @@ from ...drive.tolerances import CONSTANTS
 from ...effects.catalogue import CATALOGUE
 from ..fit.fit import Fit, Fitter
 from ..fit.gram import weighted_products
-from ..fit.robust import robust_weights
+from ..fit.robust import per_square, robust_weights
 from ..inverse import inverse_of
 from ..replay.replay import BoolArray, FloatArray
 from ..sheet import PULL_PRICE
-from ..split import STRETCH_S
+from ..split import stretch_of
 
 # Half width, as a share of the value, that no interval falls below: the effect's form and the
 # nominal values beside it are not known better; with this 96 % of the sealed study's hold.
@@ -50,10 +50,10 @@ def spreads(
     weight = robust_weights(residual)
     hessian, _ = weighted_products(jacobian, weight.ravel(), residual.ravel())
     own = np.diag(price)
-    pieces = evidence / max(float(np.sum(weight * residual**2)), float(residual.size))
+    pieces = per_square(evidence, weight, residual)
     weighed = inverse_of(pieces * hessian + own)
     inverse = inverse_of(hessian + own)
-    stretch = np.floor(time_s[rows] / STRETCH_S).astype(np.int64)
+    stretch = stretch_of(time_s[rows])
     pushed = jacobian * (weight * residual).ravel()  # what each sample asks of each coordinate
     scores = pushed.reshape(len(jacobian), gap.shape[0], -1).sum(axis=1)
     labels = np.unique(stretch)
