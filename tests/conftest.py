@@ -48,6 +48,9 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """The longest files first, the others as they come."""
     here = Path(__file__).parent
     rank = {here / name: number for number, name in enumerate(_LONGEST)}
+    gone = [str(path) for path in rank if not path.is_file()]
+    if gone:
+        raise pytest.UsageError(f"_LONGEST names no file of the tests: {', '.join(gone)}")
     items.sort(key=lambda item: rank.get(item.path, len(rank)))
 
 

@@ -86,6 +86,15 @@ def test_one_plain_sentence_says_what_came_out() -> None:
     assert sentence(far).endswith("too much to be named.")
 
 
+def test_a_signal_that_is_left_above_its_noise_is_told() -> None:
+    """Noise in all signals together hides none that is left at three times its own."""
+    some = VERDICTS["explained"]
+    first, *others = some.signals
+    first = dataclasses.replace(first, after=3.0 * first.floor)
+    said = sentence(dataclasses.replace(some, signals=(first, *others)))
+    assert "noise but for the rotor velocity, at 3.00 times its own. Confidence" in said
+
+
 def test_a_sheet_that_removes_nothing_is_not_praised_for_it() -> None:
     """Within the sheet with every constant as it was: how near the floor is, not a share of 0."""
     some = VERDICTS["unexplained"]

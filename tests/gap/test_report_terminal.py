@@ -7,6 +7,7 @@ import dataclasses
 import pytest
 from report_samples import diagnosis, of_each_verdict
 
+from ecyl_ros.api.notebook import html
 from ecyl_ros.effects.catalogue import CATALOGUE
 from ecyl_ros.gap.diagnosis import Candidate
 from ecyl_ros.gap.report.rivals import runner_up
@@ -54,11 +55,13 @@ def test_the_runner_up_is_a_rival() -> None:
 
 
 def test_many_notes_do_not_push_the_verdict_off_the_screen() -> None:
-    """Beyond five notes the summary says how many more there are."""
+    """Beyond five notes the summary, and a notebook, say how many more there are."""
     one = diagnosis("unexplained", notes=tuple(f"note {n}" for n in range(9)))
     text = summary(one)
     assert "note 4" in text and "note 5" not in text
     assert "4 more in the report" in text
+    page = html(one)
+    assert "note 4" in page and "note 5" not in page and "more in the notes" in page
 
 
 def test_control_characters_of_files_do_not_reach_the_terminal() -> None:

@@ -18,7 +18,6 @@ from ..gap.report.verdict import sentence
 
 # Of a legend outside the axes; `loc="outside ..."` is newer than the matplotlib of Ubuntu 24.04.
 _ABOVE: dict[str, Any] = {"loc": "lower center", "bbox_to_anchor": (0.5, 1.0)}
-_MOST_NOTES = 5
 # Colours that hold against each other for every eye (Okabe and Ito), recorded in grey behind.
 _RECORDED, _BEFORE, _AFTER = "0.65", "#d55e00", "#0072b2"
 
@@ -32,7 +31,10 @@ def html(diagnosis: Diagnosis) -> str:
         _table(("measured", "value", "95 % interval", "nominal"), _measured(diagnosis)),
         _table(("constant", "nominal", "found", "95 % interval", "pull"), _sheet(diagnosis)),
     ]
-    notes = "".join(f"<li>{typeset(one)}</li>" for one in diagnosis.notes[:_MOST_NOTES])
+    shown = list(diagnosis.notes[: words.MOST_NOTES])
+    if more := len(diagnosis.notes) - len(shown):
+        shown.append(f"{more} more in the notes of the diagnosis")
+    notes = "".join(f"<li>{typeset(one)}</li>" for one in shown)
     parts.append(f"<ul>{notes}</ul>" if notes else "")
     return f"<div>{''.join(parts)}</div>"
 

@@ -12,7 +12,6 @@ from .rivals import runner_up
 from .verdict import sentence, telling_condition, when_in_words
 
 _WIDTH = 96
-_MOST_NOTES = 5
 _MOST_PAIRS = 2
 _TEXT = ("held out", "recording", "unit")  # columns of words, set to the left
 
@@ -158,8 +157,8 @@ def _runner_up(diagnosis: Diagnosis) -> list[str]:
 
 
 def _notes(diagnosis: Diagnosis) -> list[str]:
-    lines = [f"{'note':<10}{_clean(one)}" for one in diagnosis.notes[:_MOST_NOTES]]
-    more = len(diagnosis.notes) - _MOST_NOTES
+    lines = [f"{'note':<10}{_clean(one)}" for one in diagnosis.notes[: words.MOST_NOTES]]
+    more = len(diagnosis.notes) - words.MOST_NOTES
     if more > 0:
         lines.append(f"{'':<10}{more} more in the report and in the JSON")
     return lines

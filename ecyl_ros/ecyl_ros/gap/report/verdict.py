@@ -13,6 +13,7 @@ from . import together, words
 
 _NOISE_NAME = "measurement noise"
 _NOISE = 1.2  # what is left is called measurement noise up to this multiple of the floor
+_BUT_FOR = 2.0  # ... but for a signal that is left further above its own
 _TELLING = 1.5  # a condition is worth a word if it holds so many times its share of the time
 _MUCH = 0.3  # ... and this share of the gap
 _MORE = 1.1  # times what all that was found leaves: then it is told what that removes
@@ -188,16 +189,26 @@ def _sureness(diagnosis: Diagnosis) -> str:
 
 
 def _explained(diagnosis: Diagnosis) -> str:
-    near = diagnosis.after <= _NOISE * diagnosis.floor
-    left = (
-        f"the residual is {diagnosis.floor_is}"
-        if near
-        else f"the residual is {_over_floor(diagnosis, diagnosis.after)} times "
-        f"{'the ' if diagnosis.floor_is == _NOISE_NAME else ''}{diagnosis.floor_is}"
-    )
     return (
-        f"The gap is explained by {_named(diagnosis)}. {_adding(diagnosis)}; {left}."
+        f"The gap is explained by {_named(diagnosis)}. {_adding(diagnosis)}; {_left(diagnosis)}."
         f"{_sureness(diagnosis)}{_doubts(diagnosis)}"
+    )
+
+
+def _left(diagnosis: Diagnosis) -> str:
+    """What the residual is, of all signals together and where one stands out."""
+    if diagnosis.after > _NOISE * diagnosis.floor:
+        return (
+            f"the residual is {_over_floor(diagnosis, diagnosis.after)} times "
+            f"{'the ' if diagnosis.floor_is == _NOISE_NAME else ''}{diagnosis.floor_is}"
+        )
+    left = f"the residual is {diagnosis.floor_is}"
+    worst = strongest(diagnosis, after=True)
+    if worst is None or worst.after <= _BUT_FOR * worst.floor:
+        return left
+    return (
+        f"{left} but for the {words.signal(worst.name)}, at {q.times(worst.after, worst.floor)} "
+        "times its own"
     )
 
 

@@ -38,6 +38,7 @@ _VERDICTS = {
     "unexplained": "Unexplained",
     "not_judgeable": "Not judgeable",
 }
+MOST_NOTES = 5  # that a terminal or a notebook shows; report and JSON have all
 RAN_AWAY = "runs away"  # of a replay whose error says nothing of the drive (NaN)
 _NAMES = ("Coulomb", "Stribeck")  # words that keep their capital
 _MASS_NOUNS = ("friction", "cogging", "ripple", "dead time", "eccentricity", "gravity")
