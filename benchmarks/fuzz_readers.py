@@ -1,10 +1,11 @@
 """Every reader on files changed at random: no traceback, no hang, no memory blow-up.
 
-Good files of each kind (MCAP, sqlite3, compressed bags, CSV, folders of tables, MAT, drive file,
-map, bag metadata) are changed in one to four places and read as the commands read them. A reader
-may give a recording or an InputError of one line. Anything else, more than 10 s of the processor,
-or more than 1 GB beyond what the process began with, is a failure; the file is kept. `--seed` and
-the number of the file give it again.
+Good files of each kind (MCAP, sqlite3, compressed bags, CSV, folders of tables, MAT, map, bag
+metadata; drive files of every model, planned motions, joints in MJCF and URDF, diagnoses) are
+changed in one to four places and read as the commands read them. A reader may give a recording or
+an InputError of one line. Anything else, more than 10 s of the processor, or more than 1 GB beyond
+what the process began with, is a failure; the file is kept. `--seed` and the number of the file
+give it again.
 """
 
 from __future__ import annotations

@@ -59,6 +59,11 @@ def test_a_motion_keeps_the_limits_of_its_legs() -> None:
             "jerk: 1}]}\n",
             "speed = 0, expected more than 0",
         ),
+        (
+            "motion: {schema: ecyl.motion/1, legs: [{to_m: 1.0e+20, speed: 1, acceleration: 1, "
+            "jerk: 1}]}\n",
+            r"motion\.yaml: no move from 0 m to 1e\+20 m",
+        ),
         ("motion: {schema: ecyl.motion/1, legs: [{to: 0}]}\n", "unknown key to"),
         ("[\n", "cannot be read as YAML"),
     ],

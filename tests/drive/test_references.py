@@ -148,6 +148,7 @@ def test_bad_setpoints_are_refused_and_counted(position: float, reason: str) -> 
         ("sine:amplitude=0.5,frequency=0.1", "stroke"),
         ("sine:amplitude=0.1,frequency=10", "limits.speed"),
         ("moves:positions=a;b", "expected numbers"),
+        ("moves:positions=0.001;1e20", "no move from 0.001 m to 1e"),
         ("moves:speed=0.1", "expected moves:positions=0.01;0.02;0$"),
         ("moves:positions=" + "0.01:" * 100, "expected numbers like 0.01;0.02;0$"),
         ("multisine:amplitude=1e-5,start=2,end=1,base=0.5", "no line"),

@@ -17,7 +17,8 @@ from ecyl_ros.errors import InputError
 from ecyl_ros.gap.replay.replay import SIGNALS
 from ecyl_ros.plan import make
 from ecyl_ros.plan.blocks import library
-from ecyl_ros.plan.hypotheses import read_open
+from ecyl_ros.plan.diagnosis_file import read_diagnosis
+from ecyl_ros.plan.hypotheses import open_or_alike
 from ecyl_ros.plan.make import make_plan
 from ecyl_ros.plan.others import moves
 from ecyl_ros.plan.predict import Experiment, predicted, separations
@@ -110,7 +111,7 @@ def test_what_a_diagnosis_leaves_open_is_planned_for(tmp_path: Path) -> None:
         "alternatives": [PAIR[1]],
     }
     path.write_text(json.dumps(_diagnosis(causes=[cause])))
-    found = read_open(path, load_drive("bench"), "bench")
+    found = open_or_alike(read_diagnosis(path, load_drive("bench"), "bench"))
     assert found.pairs == (tuple(sorted(PAIR)),)
     assert found.values == {PAIR[0]: {"coulomb_nm": 0.02}}
     assert found.signals == ("current_q",)
@@ -122,7 +123,29 @@ def test_a_diagnosis_of_another_drive_is_refused(tmp_path: Path) -> None:
     sheet = [{"parameter": "motor.resistance", "nominal": 1.5}]
     path.write_text(json.dumps(_diagnosis(sheet=sheet)))
     with pytest.raises(InputError, match="expected a diagnosis of this drive"):
-        read_open(path, load_drive("bench"), "bench")
+        read_diagnosis(path, load_drive("bench"), "bench")
+
+
+@pytest.mark.parametrize(
+    ("more", "said"),
+    [
+        ({"location": []}, r"location = \[\], expected a mapping"),
+        ({"causes": [{"effect": 3}]}, r"causes\[0\].effect = 3, expected text"),
+        ({"sheet": [{"parameter": "motor.resistance"}]}, r"sheet\[0\].nominal = missing"),
+        ({"alike": [{"effects": ["a"]}]}, r"alike\[0\].effects = \['a'\], expected a list of two"),
+        (
+            {"causes": [{"effect": PAIR[0], "parameters": {"coulomb": {"value": 1}}}]},
+            r"parameter 'coulomb' of \w+ is missing or not its own; expected coulomb_nm",
+        ),
+    ],
+)
+def test_a_diagnosis_of_another_shape_is_refused(tmp_path: Path, more: dict, said: str) -> None:
+    """One line names the file, the field and what was expected."""
+    path = tmp_path / "diagnosis.json"
+    path.write_text(json.dumps(_diagnosis(**more)))
+    with pytest.raises(InputError, match=said) as caught:
+        read_diagnosis(path, load_drive("bench"), "bench")
+    assert str(path) in str(caught.value)
 
 
 def test_a_diagnosis_of_another_kind_of_drive_is_refused(tmp_path: Path) -> None:
@@ -131,7 +154,7 @@ def test_a_diagnosis_of_another_kind_of_drive_is_refused(tmp_path: Path) -> None
     signals = [{"name": "position", "unit": "m"}]
     path.write_text(json.dumps(_diagnosis(location={"signals": signals})))
     with pytest.raises(InputError, match="holds position; expected a diagnosis of a cylinder"):
-        read_open(path, load_drive("bench"), "bench")
+        read_diagnosis(path, load_drive("bench"), "bench")
 
 
 @pytest.mark.parametrize(

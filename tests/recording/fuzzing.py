@@ -19,7 +19,15 @@ from recording_samples import made
 from scipy.io import savemat
 
 from ecyl_ros.drive.drive_file import config_folder, load_drive
+from ecyl_ros.drive.model_file import load_model
+from ecyl_ros.drive.reference.planned import Leg, Planned
+from ecyl_ros.drive.reference.spec import make_reference
+from ecyl_ros.drive.rigid.machine_file import machine_from_flat
 from ecyl_ros.errors import InputError
+from ecyl_ros.export.joint_values import parameters, read_joint, rigid_file
+from ecyl_ros.investigate.question import question
+from ecyl_ros.plan.diagnosis_file import read_diagnosis
+from ecyl_ros.plan.hypotheses import given, open_or_alike
 from ecyl_ros.recording.bag import read_bag
 from ecyl_ros.recording.bag_contents import in_time_order
 from ecyl_ros.recording.check import check_map
@@ -32,7 +40,12 @@ from ecyl_ros.recording.propose import propose
 from ecyl_ros.recording.survey import survey
 from ecyl_ros.recording.writer import write_recording
 
-KINDS = ("mcap", "sqlite3", "packed", "csv", "tables", "mat", "drive", "map", "metadata")
+KINDS = (
+    *("mcap", "sqlite3", "packed", "csv", "tables", "mat", "map", "metadata"),
+    *("drive", "motion", "joint", "diagnosis"),
+)
+_TEXTS = ("csv", "tables", "drive", "map", "metadata", "motion", "joint", "diagnosis")
+_FIELD = Path(__file__).parents[2] / "docs" / "field"
 SLOWEST_S = 10.0
 
 
@@ -71,6 +84,39 @@ signals:
   rotor_velocity: {field: w, unit: rpm, scale: -0.1}
   mode: m
 """
+LEARNED = """/**:
+  ros__parameters:
+    drive: {kind: rigid, output: linear}
+    actuation: {signal: voltage, gain: 35.1507}
+    load: {mass: 95.109, viscous_friction: 203.50, coulomb_friction: 20.39, constant_load: -3.165}
+    controller:
+      rate: 1000.0
+      position: {kp: 160.18}
+      speed: {kp: 243.45}
+      command_limit: 10.0
+    tolerances: {default: 0.05, load: {mass: exact}}
+    effects:
+      learned:
+        port: load_friction
+        of: [position, speed]
+        table: {at: [-0.01, 0.0, 0.01], at_2: [0.0, 1e-2], values: [3, 1.5, 3, 0.1, 0.2, -4]}
+"""
+JOINTS = (
+    """<mujoco><compiler angle="degree"/><default><joint damping="1"/></default><worldbody>
+<body name="a"><joint name="rod" type="slide" stiffness="9" frictionloss="0.5" axis="0 0 2"/>
+<inertial pos="0 0 0.1" mass="4" diaginertia="1 1 1"/>
+<body name="c" pos="0 0 1" quat="1 0 0 0"><inertial pos="0 0 0" mass="5" diaginertia="1 2 3"/>
+</body></body></worldbody><actuator>
+<position name="p" joint="rod" kp="100" kv="10" gear="2" forcerange="-7 7"/></actuator></mujoco>
+""",
+    """<robot name="r"><link name="base"/><link name="rod"><inertial>
+<origin xyz="0 0 0.1" rpy="0 1 0"/>
+<mass value="2.5"/><inertia ixx="1" ixy="0" ixz="0" iyy="2" iyz="0.1" izz="3"/></inertial></link>
+<joint name="rod" type="revolute"><parent link="base"/><child link="rod"/><axis xyz="0 1 0"/>
+<dynamics damping="0.7" friction="0.2"/><limit effort="9" velocity="3" lower="-1" upper="1"/>
+</joint></robot>
+""",
+)
 METADATA = """rosbag2_bagfile_information:
   version: 9
   storage_identifier: mcap
@@ -120,7 +166,13 @@ def seeds(folder: Path) -> dict[str, list[bytes]]:
         stream = io.BytesIO()
         savemat(stream, tree, **options)
         out["mat"].append(stream.getvalue())
-    out["drive"] = [path.read_bytes() for path in sorted(config_folder().glob("*.yaml"))]
+    profiles = sorted(config_folder().glob("*.yaml"))
+    worked = [path for path in sorted(_FIELD.glob("*.yaml")) if not path.name.endswith(".map.yaml")]
+    out["drive"] = [*(path.read_bytes() for path in (*profiles, *worked)), LEARNED.encode()]
+    legs = (Leg(0.004, 0.05, 1.0, 50.0, 0.1), Leg(-0.002, 0.02, 0.5, 50.0), Leg(0.0, 0.05, 1, 50))
+    out["motion"] = [Planned(legs, 2.0).as_file({"drive": "bench.yaml"}).encode()]
+    out["joint"] = [one.encode() for one in JOINTS]
+    out["diagnosis"] = [json.dumps(one, indent=1).encode() for one in _diagnoses()]
     out["map"] = [
         MAP.encode(),
         COUNTED.encode(),
@@ -130,6 +182,36 @@ def seeds(folder: Path) -> dict[str, list[bytes]]:
     ]
     out["metadata"] = [METADATA.encode(), METADATA.replace("mcap", "sqlite3").encode()]
     return out
+
+
+def _diagnoses() -> list[dict[str, object]]:
+    """What `ecyl plan --from` goes by, of a diagnosis of profile bench: causes, and none."""
+    signals = [{"name": "current_q", "unit": "A"}, {"name": "rod_position", "unit": "m"}]
+    cause = {
+        "effect": "load_coulomb_friction",
+        "confidence": 0.61,
+        "parameters": {"coulomb_nm": {"value": 0.02, "ci95": [0.01, 0.03]}},
+        "alternatives": ["rotor_coulomb_friction"],
+    }
+    candidates = [{"effects": [one], "held_out": 2.0} for one in ("backlash_error", "lead_error")]
+    common = {"schema": "ecyl.diagnosis/1", "location": {"signals": signals}}
+    resistance = load_drive("bench").motor.resistance
+    return [
+        {
+            **common,
+            "verdict": "explained",
+            "causes": [cause],
+            "sheet": [{"parameter": "motor.resistance", "nominal": resistance, "pull": 0.1}],
+        },
+        {**common, "verdict": "unexplained", "causes": [], "candidates": candidates},
+        {
+            **common,
+            "verdict": "no_gap",
+            "causes": [],
+            "limits": [{"effect": "lead_error", "smallest_seen": None}],
+            "alike": [{"effects": ["backlash_error", "lead_error"], "separation": 0.1}],
+        },
+    ]
 
 
 def _machines() -> list[str]:
@@ -164,7 +246,7 @@ def mutated(kind: str, data: bytes, others: list[bytes], random: np.random.Gener
     """
     if kind == "packed" and random.random() < 0.5:  # what is in the frame, not the frame
         return zstandard.compress(mutated("mcap", zstandard.decompress(data), [data], random))
-    if kind in ("csv", "tables", "drive", "map", "metadata") and random.random() < 0.7:
+    if kind in _TEXTS and random.random() < 0.7:
         return _reworded(data, random)
     if kind in ("mcap", "sqlite3") and random.random() < 0.5:
         return _remade(kind, data, random)
@@ -206,7 +288,7 @@ def _changed(data: bytes, others: list[bytes], random: np.random.Generator) -> b
 
 def _reworded(data: bytes, random: np.random.Generator) -> bytes:
     """One or two words, lines or cells of a text changed."""
-    parts = re.split(rb"([\s,;:\[\]{}]+)", data)
+    parts = re.split(rb"([\s,;:\[\]{}<>=/]+)", data)
     for _ in range(int(random.integers(1, 3))):
         at = int(random.integers(0, len(parts)))
         how = int(random.integers(0, 5))
@@ -308,6 +390,27 @@ def _read_metadata(path: Path) -> None:
     survey(path.parent)
 
 
+def _read_motion(path: Path) -> None:
+    """Read it, and ask the bench drive for it, which may refuse what is beyond its limits."""
+    played = make_reference(str(path), load_drive("bench"), 2.0)
+    assert np.isfinite([played.sample(time) for time in np.linspace(0.0, 2.0, 9)]).all()
+
+
+def _read_joint(path: Path) -> None:
+    found = read_joint(path, "rod")
+    machine_from_flat(parameters(found), "joint")
+    rigid_file(found, path.name)
+
+
+def _read_diagnosis(path: Path) -> None:
+    """All that `ecyl plan` and `ecyl investigate` ask of it."""
+    data = read_diagnosis(path, load_drive("bench"), "bench")
+    left = open_or_alike(data)
+    for effect, values in left.values.items():
+        given(effect, values)
+    question(data)
+
+
 READERS: dict[str, tuple[str, Callable[[Path], None]]] = {
     "mcap": ("a.mcap", _read_bag),
     "sqlite3": ("a.db3", _read_bag),
@@ -315,9 +418,12 @@ READERS: dict[str, tuple[str, Callable[[Path], None]]] = {
     "csv": ("a.csv", _read_bag),
     "tables": ("a.csv", _read_tables),
     "mat": ("a.mat", _read_mat),
-    "drive": ("drive.yaml", lambda path: load_drive(path) and None),
+    "drive": ("drive.yaml", lambda path: load_model(path) and None),
     "map": ("map.yaml", _read_map),
     "metadata": ("metadata.yaml", _read_metadata),
+    "motion": ("motion.yaml", _read_motion),
+    "joint": ("joint.xml", _read_joint),
+    "diagnosis": ("diagnosis.json", _read_diagnosis),
 }
 
 

@@ -174,7 +174,7 @@ def _check_numbers(options: argparse.Namespace) -> None:
 def _asked(options: argparse.Namespace, drive: DriveParameters, name: str) -> Question | None:
     """What the diagnosis of `--from` has left open."""
     from ..investigate.question import question
-    from ..plan.hypotheses import read_diagnosis
+    from ..plan.diagnosis_file import read_diagnosis
 
     if options.diagnosis is None:
         return None

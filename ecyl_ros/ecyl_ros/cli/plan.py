@@ -179,7 +179,8 @@ def _asked(
 
     from ..effects.catalogue import CATALOGUE
     from ..gap.replay.replay import SIGNALS
-    from ..plan.hypotheses import read_open
+    from ..plan.diagnosis_file import read_diagnosis
+    from ..plan.hypotheses import open_or_alike
 
     every = tuple(one.name for one in SIGNALS)
     if options.all:
@@ -197,7 +198,7 @@ def _asked(
             raise InputError(f"--between {options.between}: expected two effects or more")
         pairs = list(itertools.combinations(dict.fromkeys(names), 2))
         return pairs, [], {}, every, f"planned for: {_listed(pairs)}"
-    found = read_open(options.diagnosis, drive, name)
+    found = open_or_alike(read_diagnosis(options.diagnosis, drive, name))
     known = {effect: dict(values) for effect, values in found.values.items()}
     if not found.pairs:
         return (

@@ -58,8 +58,8 @@ def question(data: Mapping[str, Any]) -> Question | None:
         hidden = tuple(
             dict.fromkeys(
                 one["effect"]
-                for one in data.get("limits", [])
-                if one["smallest_seen"] is None and one["effect"] in CATALOGUE
+                for one in data.get("limits") or ()
+                if one.get("smallest_seen") is None and one["effect"] in CATALOGUE
             )
         )
         if hidden:

@@ -4,19 +4,15 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
-import json
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 from ..drive.parameters import DriveParameters
-from ..drive.tolerances import constants_of
 from ..effects.catalogue import CATALOGUE
 from ..errors import InputError
 from ..gap.limits.probes import Probe, Scale, probes
-from ..gap.replay.replay import SIGNALS
 
 TIMES = 3.0  # as large as the smallest that is seen with moves of the same limits and time
 _CLOSEST = 3  # candidates of an unexplained gap
@@ -72,26 +68,14 @@ class Open:
     why: str
 
 
-def read_open(path: Path, drive: DriveParameters, drive_name: str) -> Open:
-    """What the diagnosis in a JSON file has left open; InputError where it is of another drive."""
-    return open_or_alike(read_diagnosis(path, drive, drive_name))
-
-
 def open_or_alike(data: Mapping[str, Any]) -> Open:
     """What a diagnosis, as JSON, left open; else the pairs that its recording hardly separates."""
     found = open_in(data)
     if found.pairs:
         return found
-    pairs = _catalogued(tuple(one["effects"]) for one in data.get("alike", []))
+    pairs = _catalogued(one["effects"] for one in data.get("alike") or ())
     why = "the recording could not have separated them"
     return dataclasses.replace(found, pairs=pairs, why=why)
-
-
-def read_diagnosis(path: Path, drive: DriveParameters, drive_name: str) -> dict[str, Any]:
-    """The JSON of a diagnosis of this drive; InputError for any other file."""
-    data = _read(path)
-    _same_drive(data, drive, path, drive_name)
-    return data
 
 
 def open_in(data: Mapping[str, Any]) -> Open:
@@ -105,12 +89,12 @@ def open_in(data: Mapping[str, Any]) -> Open:
     pairs = [
         (cause["effect"], other)
         for cause in data["causes"]
-        for other in cause.get("alternatives", [])
+        for other in cause.get("alternatives") or ()
     ]
     why = "a named cause has alternatives"
     if not pairs and data["verdict"] in ("unexplained", "not_judgeable", "partly_explained"):
         singles: list[str] = []
-        for one in data.get("candidates", []):
+        for one in data.get("candidates") or ():
             if len(one["effects"]) == 1 and one["effects"][0] not in singles:
                 singles += one["effects"]
         pairs = list(itertools.combinations(singles[:_CLOSEST], 2))
@@ -131,40 +115,6 @@ def _sorted(pair: Sequence[str]) -> tuple[str, str]:
 
 def _known(pair: tuple[str, str]) -> bool:
     return all(name in CATALOGUE for name in pair) and pair[0] != pair[1]
-
-
-def _read(path: Path) -> dict[str, Any]:
-    try:
-        data = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
-        raise InputError(f"--from {path}: {error}; expected the JSON of ecyl diagnose") from None
-    needed = ("verdict", "causes", "location")
-    if not isinstance(data, dict) or data.get("schema") != "ecyl.diagnosis/1":
-        raise InputError(f"--from {path}: expected ecyl.diagnosis/1, of ecyl diagnose --json")
-    for key in needed:
-        if key not in data:
-            raise InputError(f"--from {path}: no {key!r}, expected the JSON of ecyl diagnose")
-    return data
-
-
-def _same_drive(
-    data: Mapping[str, Any], drive: DriveParameters, path: Path, drive_name: str
-) -> None:
-    known = {one.name for one in SIGNALS}
-    strange = [one["name"] for one in data["location"]["signals"] if one["name"] not in known]
-    if strange:
-        raise InputError(
-            f"--from {path}: location.signals holds {', '.join(strange)}; expected a diagnosis of "
-            f"a cylinder, like {drive_name}: of {', '.join(sorted(known))}"
-        )
-    nominal = constants_of(drive)
-    for one in data.get("sheet", []):
-        held = nominal.get(one["parameter"])
-        if held is None or not math.isclose(held, one["nominal"], rel_tol=1e-6):
-            raise InputError(
-                f"--from {path}: {one['parameter']} = {one['nominal']:g}, {drive_name} has "
-                f"{'none' if held is None else f'{held:g}'}; expected a diagnosis of this drive"
-            )
 
 
 def probe_of(name: str, drive: DriveParameters, scale: Scale) -> Probe:

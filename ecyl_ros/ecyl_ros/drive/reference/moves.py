@@ -6,7 +6,7 @@ from bisect import bisect_right
 from dataclasses import dataclass
 from functools import cached_property
 
-from ruckig import InputParameter, Result, Ruckig, Trajectory
+from ruckig import InputParameter, Result, Ruckig, RuckigError, Trajectory
 
 from ...errors import InputError
 
@@ -14,15 +14,25 @@ from ...errors import InputError
 def plan_move(
     start: float, goal: float, speed: float, acceleration: float, jerk: float
 ) -> Trajectory:
-    """Time-optimal rest-to-rest trajectory, a Ruckig `Trajectory` of one axis (m)."""
+    """Time-optimal rest-to-rest trajectory, a Ruckig `Trajectory` of one axis (m).
+
+    Raises:
+        InputError: Ruckig finds none, as where the goal is beyond what it can resolve.
+    """
     wanted = InputParameter(1)
     wanted.current_position, wanted.target_position = [start], [goal]
     wanted.max_velocity, wanted.max_acceleration = [speed], [acceleration]
     wanted.max_jerk = [jerk]
     trajectory = Trajectory(1)
-    result = Ruckig(1).calculate(wanted, trajectory)
+    try:
+        result = Ruckig(1).calculate(wanted, trajectory)
+    except RuckigError:
+        result = Result.Error
     if result not in (Result.Working, Result.Finished):
-        raise InputError(f"reference: no move from {start:g} m to {goal:g} m: {result.name}")
+        raise InputError(
+            f"no move from {start:g} m to {goal:g} m within speed {speed:g} m/s, acceleration "
+            f"{acceleration:g} m/s^2, jerk {jerk:g} m/s^3 can be computed ({result.name})"
+        )
     return trajectory
 
 

@@ -159,7 +159,11 @@ def read_planned(path: str | Path) -> Planned:
         raise InputError(f"{path}: motion.legs is missing or empty, expected a list of moves")
     made = tuple(_leg(one, f"{path}: legs, number {row}") for row, one in enumerate(legs, start=1))
     planned = Planned(made, 0.0)
-    length = motion.get("duration_s", planned.moving_s)
+    try:
+        moving_s = planned.moving_s
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+    length = motion.get("duration_s", moving_s)
     if not _number(length) or length <= 0.0:
         raise InputError(f"{path}: duration_s = {length!r}, expected more than 0 s")
     return Planned(made, float(length))

@@ -101,7 +101,12 @@ def _parse(kind_name: str, text: str, limits: LimitParameters, spec: str) -> Ref
             raise InputError(
                 f"reference {spec}: {name} is missing; expected {kind_name}:{name}={several}"
             )
-    return kind(**arguments)
+    made = kind(**arguments)
+    try:
+        made.sample(0.0)
+    except InputError as error:
+        raise InputError(f"reference {spec}: {error}") from None
+    return made
 
 
 def check_within_limits(
