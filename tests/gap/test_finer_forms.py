@@ -17,7 +17,9 @@ DRIVE = exact("bench")
 
 def _field(true: dict[str, dict[str, float]], names: tuple[str, ...]) -> Candidates:
     """Effects `names` on another make of machine that has those of `true`."""
-    replay = Replay(record_case(Case(0, 6, "pair", true), DRIVE), DRIVE, "recording")
+    replay = Replay(
+        record_case(Case(0, 6, "pair", true), DRIVE).slice(0.0, 6.0), DRIVE, "recording"
+    )
     return Candidates(Fitter(replay, held_out(replay.time_s)), names)
 
 

@@ -20,7 +20,9 @@ TRUE = {
 def test_a_pair_is_found_where_its_first_steps_are_short() -> None:
     """A load found alone at a wrong torque constant, which has to grow by a tenth with the right
     one: the pair comes first, at the noise floor, before what only resembles it."""
-    replay = Replay(record_case(Case(0, 6, "pair", TRUE), DRIVE), DRIVE, "recording")
+    replay = Replay(
+        record_case(Case(0, 6, "pair", TRUE), DRIVE).slice(0.0, 6.0), DRIVE, "recording"
+    )
     names = (*TRUE, "current_sensor_gain", "load_inertia_error", "rotor_inertia_error")
     field = Candidates(Fitter(replay, held_out(replay.time_s)), names)
     singles = field.singles(lambda share: None)

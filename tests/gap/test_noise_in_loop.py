@@ -21,7 +21,7 @@ from ecyl_ros.recording.signals import Recording
 
 DRIVE = exact("bench")
 FRICTION = {"rotor_coulomb_friction": {"coulomb_nm": 0.1}}
-SECONDS = 12.0
+SECONDS = 7.5
 
 
 def _with_rests(effects, noise: float = 1.0) -> Recording:
@@ -29,7 +29,7 @@ def _with_rests(effects, noise: float = 1.0) -> Recording:
     rate = DRIVE.sample_rate
     wanted = np.zeros((round(SECONDS * rate) + 1, 2))
     place = 0.0
-    for number, goal in enumerate((0.004, -0.003, 0.001, 0.006, -0.002, 0.003, -0.005)):
+    for number, goal in enumerate((0.004, -0.003, 0.006, -0.002)):
         leg = plan_move(place, goal, 0.05, 1.0, 50.0)
         begin = round((0.5 + 1.5 * number) * rate)
         wanted[begin:, 0] = goal

@@ -20,7 +20,9 @@ def test_a_dead_time_with_corners_is_found_from_one_without() -> None:
     """Voltage, transition and straight line of another make of machine, from a round start."""
     drive = exact("bench")
     true = {"inverter_dead_time": {"voltage_v": 1.3}}
-    replay = Replay(record_case(Case(0, SEED, "single", true), drive), drive, "recording")
+    replay = Replay(
+        record_case(Case(0, SEED, "single", true), drive).slice(0.0, 6.0), drive, "recording"
+    )
     fitter = Fitter(replay, held_out(replay.time_s))
     start = {"voltage_v": 1.0, "transition_a": 0.05, "straightness": 0.1}
     begin = fitter.evaluate({"inverter_dead_time": start})

@@ -159,7 +159,7 @@ def test_a_sound_machine_off_its_sheet_is_within_it() -> None:
     """Every constant off by 2 %: no cause, and the constants that are seen in their intervals."""
     case = Case(0, 3, "none", sheet=0.02)
     drive = stated(DRIVE, 0.02)
-    result = diagnose(record_case(case, drive), drive)
+    result = diagnose(record_case(case, drive).slice(0.0, 6.0), drive)
     assert result.verdict == "within_sheet" and result.causes == () and result.block is None
     assert result.shrink > 0.97
     true = true_constants(Stage.of(3, drive, 0.02).with_effects({}, 3), drive)
@@ -167,7 +167,7 @@ def test_a_sound_machine_off_its_sheet_is_within_it() -> None:
     inside = [one.low <= true[one.parameter] <= one.high for one in seen]
     assert len(seen) >= 8 and np.mean(inside) >= 0.8
     data = result.as_json()
-    assert data["gap"]["sheet"] == data["gap"]["after"] < 0.2 * data["gap"]["before"]
+    assert data["gap"]["sheet"] == data["gap"]["after"] < 0.25 * data["gap"]["before"]
     assert {one["parameter"] for one in data["sheet"]} == set(true)
 
 
@@ -177,7 +177,8 @@ def test_a_fault_is_found_on_a_machine_off_its_sheet() -> None:
     size = 0.11
     effects = {"rotor_coulomb_friction": {"coulomb_nm": size}}
     drive = stated(DRIVE, 0.02)
-    result = diagnose(record_case(Case(0, 8, "single", effects, sheet=0.02), drive), drive)
+    recording = record_case(Case(0, 8, "single", effects, sheet=0.02), drive).slice(0.0, 6.0)
+    result = diagnose(recording, drive)
     assert [one.effect for one in result.causes] == ["rotor_coulomb_friction"]
     assert result.verdict == "explained" and result.causes[0].confidence > 0.9
     (level,) = result.causes[0].parameters

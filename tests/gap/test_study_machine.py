@@ -388,14 +388,20 @@ def test_every_effect_shows_and_none_blows_up() -> None:
     """Each of the effects, drawn once, changes some signal by more than a noise floor and keeps
     all finite."""
     stage, floor = Stage.of(3, DRIVE), noise_floor(DRIVE)
+    begun = tuple(one[: round(5.0 / TICK_S)] for one in stage.reference)
     rng = np.random.default_rng(9)
     for name, effect in EFFECTS.items():
         values = effect.draw(Draw(rng, DRIVE, stage.scale))
-        run = run_machine(
-            stage.with_effects({name: values}, 3), stage.nuisances, DRIVE, stage.reference
-        )
-        assert run.finite, name
-        gaps = [_rms(run.signals[key] - stage.healthy.signals[key]) / floor[key] for key in floor]
+        machine = stage.with_effects({name: values}, 3)
+        for reference in (begun, stage.reference):  # what warms up shows later
+            run = run_machine(machine, stage.nuisances, DRIVE, reference)
+            assert run.finite, name
+            gaps = [
+                _rms(signal - stage.healthy.signals[key][: len(signal)]) / floor[key]
+                for key, signal in ((key, run.signals[key]) for key in floor)
+            ]
+            if max(gaps) > 1.0:
+                break
         assert max(gaps) > 1.0, name
 
 
