@@ -117,6 +117,14 @@ def test_a_disturbance_begins_in_a_phase_of_its_own_in_each() -> None:
     assert found.unseen is not None and found.unseen.shrink > 0.9
 
 
+def test_a_copy_is_no_second_recording() -> None:
+    """The same samples under another name would be held out of what they were fitted to."""
+    runs = _runs(lambda m, number: 9.0 * np.sign(m.v))
+    later = dataclasses.replace(runs[0], stamp_ns=runs[0].stamp_ns + 5 * 10**9)
+    with pytest.raises(InputError, match=r"^a\.mcap and c\.mcap hold the same samples"):
+        _together([runs[0], runs[1], later])
+
+
 def test_recordings_of_different_machines_are_refused() -> None:
     """20 and 26 kg cannot both be within one sheet of 5 %: one line says which recordings."""
     runs = _runs(_rubs(4.0), RUBS)

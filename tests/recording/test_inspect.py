@@ -251,6 +251,7 @@ def test_readings_of_one_quantity_are_no_joints() -> None:
         ("pos1,pos2,speed,current", {""}),
         ("pos1,pos2,speed1,speed2,current", {"1", "2", ""}),
         ("elbow_pos,left_knee_pos", {"elbow", "left knee"}),
+        ("frame_angle_rad,wheel_speed_rad_s,current_A", {"frame", "wheel", ""}),
     ):
         fields = tuple(
             FieldSurvey(one, "", 9, 0.0, 1.0, 0.5, 0.1, 2.0, 3, 0.0) for one in header.split(",")

@@ -222,8 +222,9 @@ def _grid(base: Stream, gap_s: float | None) -> StampArray:
         base.keep(slice(int(edges[longest]), int(edges[longest + 1])))
         stamps = base.stamps_ns
     ratio = np.diff(stamps) / step
-    if bool((np.abs(ratio - np.round(ratio)) < EVEN * np.maximum(np.round(ratio), 1.0)).all()):
-        lost = int((np.round(ratio) - 1.0).sum())
+    whole = np.maximum(np.round(ratio), 1.0)
+    if bool((np.abs(ratio - whole) < EVEN * whole).all()):
+        lost = int((whole - 1.0).sum())
         if lost:
             base.notes.append(
                 f"{base.name}: {lost} samples lost, in {int((ratio > 1.5).sum())} places"

@@ -86,11 +86,11 @@ TORQUE = {"torque", "torques", "trq", "tau"}
 JOINT = {"joint", "joints"}
 # Words of robots' columns, whose number at the end is the joint's: `dq_1`, `tau2`.
 NUMBERED = {"q", "dq", "qd", "qdot", "qm", "tau", *JOINT}
-# Words of the parts of an arm, a leg or a head, each of which is a joint of its own.
+# Words of the parts of an arm, a leg, a head or a balancing machine, each a joint of its own.
 PARTS = {
     *("shoulder", "elbow", "wrist", "hip", "thigh", "knee", "calf", "ankle", "waist", "torso"),
     *("neck", "finger", "thumb", "left", "right", "front", "rear", "pan", "tilt", "yaw", "pitch"),
-    *("roll", "azimuth", "elevation"),
+    *("roll", "azimuth", "elevation", "frame", "wheel", "flywheel", "cart", "pendulum", "pole"),
 }
 # Words of what stands beside a signal and is none.
 NO_SIGNAL = {

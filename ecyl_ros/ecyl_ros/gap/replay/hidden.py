@@ -49,8 +49,8 @@ class Hidden:
         return float(np.sqrt(np.mean(moved[:, self._replay.usable] ** 2, axis=1)).max())
 
     def small(self, effects: Effects) -> bool:
-        """Whether effects alone would stay hidden in the floor of every signal."""
-        return self._shown(effects, {}) < _HIDDEN
+        """Whether effects alone would stay below the noise of every signal."""
+        return self._shown(effects, {}) < 1.0
 
     @cached_property
     def _draws(self) -> tuple[dict[str, float], ...]:

@@ -16,6 +16,7 @@ from ..judge.verdict import RARER
 from .balance import Balance, beside
 from .contest import Contest
 from .expected import before, log_odds
+from .jumps import calm
 from .solution import Solution
 
 _CERTAIN = 0.97  # the most that a cause found by effort is believed
@@ -34,8 +35,8 @@ _WARMS = 0.5
 class Certainty:
     """Of the effects of one contest.
 
-    judged: bool[m], rows that gap figures are of. floor: standard deviation of what cannot be
-    explained. along: the motion and its machine.
+    judged: bool[m], rows that gap figures are of; of these count where the effort does not jump.
+    floor: standard deviation of what cannot be explained. along: the motion and its machine.
     """
 
     def __init__(
@@ -46,7 +47,9 @@ class Certainty:
         floor: float,
         along: Along,
     ) -> None:
-        self.balance, self.contest, self.judged, self.floor = balance, contest, judged, floor
+        self.balance, self.contest, self.floor = balance, contest, floor
+        self._calm = calm(balance.motion)
+        self.judged = judged & self._calm if (judged & self._calm).any() else judged
         self._along = along
 
     def of(self, term: Term) -> tuple[float, float, tuple[str, ...]]:
@@ -150,7 +153,7 @@ class Certainty:
         """Root of the robust mean square on all unseen rows: reversals count, too, as far as blows
         may."""
         balance = self.balance
-        rows = balance.judged if balance.judged.any() else balance.usable
+        rows = (balance.judged if balance.judged.any() else balance.usable) & self._calm
         return math.sqrt(float(np.mean(balance.costs(fit, self.contest.winner.scale, rows))))
 
     def _beyond(self, term: Term) -> float:
@@ -160,7 +163,7 @@ class Certainty:
 
     def _apart(self, one: Solution, other: Solution) -> float:
         """RMS of the difference between what two fits explain."""
-        rows = self.balance.usable
+        rows = self.balance.usable & self._calm
         return float(np.sqrt(np.mean((one.residual - other.residual)[rows] ** 2)))
 
     def _finer(self, rival: Solution, winner: Solution, term: Term) -> bool:

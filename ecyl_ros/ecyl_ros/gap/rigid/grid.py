@@ -39,10 +39,10 @@ def even_grid(
     asked = rate_hz or rate
     grid = np.arange(math.floor(recording.duration_s * asked + 1e-6) + 1) / asked
     notes = []
-    uneven = float(np.mean(np.abs(steps * rate - 1.0) > _EVEN))
-    if uneven > 0.0:
+    uneven = int(np.sum(np.abs(steps * rate - 1.0) > _EVEN))
+    if uneven:
         notes.append(
-            f"uneven stamps: {100.0 * uneven:.1f} % of the steps are off {1e3 / rate:.3g} ms by "
+            f"uneven stamps: {uneven} of {steps.size} steps are off {1e3 / rate:.3g} ms by "
             f"more than {100.0 * _EVEN:.0f} %; everything was put on an even grid"
         )
     return grid, asked, notes

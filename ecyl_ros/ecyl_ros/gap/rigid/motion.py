@@ -40,7 +40,7 @@ from .band import (
 )
 from .frozen import without_repeats
 from .grid import Taker, bridged, carried_on, eroded, even_grid, jumped, standing_effort, wide
-from .other_motion import unlike_position, unused_motion
+from .other_motion import told_beside, unused_motion
 from .refreshed import new_rows
 
 _SETTLE = 1.0  # periods of the bandwidth's frequency left out at gaps
@@ -280,13 +280,15 @@ def motion_of(
         complete = bool(measured.any()) and np.array_equal(seen, usable)
         filled = bridged(recorded, measured) if measured.any() else recorded
         told = None
-        if complete:
+        beside = told_beside(filled, position, seen, rate)
+        caution = beside.caution
+        if beside.note:
+            notes.append(beside.note)
+        if complete and beside.agrees:
             told = told_by_speed(
                 filled, velocity, usable, rate, spread, machine, bandwidth, effort, cutoff, times
             )
         by_speed = told is not None
-        if not by_speed and seen.any():
-            caution = unlike_position(low_passed(sos, filled), velocity, seen)
         if told is not None:
             bandwidth, cutoff, spread = told
             sos = butter(ORDER, cutoff, fs=rate, output="sos")

@@ -22,6 +22,7 @@ from ..compete.strain import STRAINED, UNSEEN
 from ..diagnosis import BoolArray, FloatArray
 from ..inverse import inverse_of
 from .balance import ROUNDS, Balance
+from .mode import MODE, largest, mode
 from .solution import Solution
 from .terms import Catalogue
 
@@ -42,7 +43,7 @@ class Null:
 
     Attributes:
         balance, catalogue: of one recording. unknown: terms of what the file leaves out.
-        uncertain: its constants, and how far a recording lags.
+        uncertain: its constants, how far a recording lags, and what lies beyond its band.
         held: effects that stand for constants which keep to their tolerance.
         fits: made so far.
     """
@@ -145,7 +146,10 @@ class Null:
     def _beside(self, terms: Sequence[Term]) -> tuple[list[Term], FloatArray]:
         """With every constant that no effect of the set stands for; and what they are known to."""
         taken = {name for one in terms for name in (one.effect, *one.refines)}
-        beside = [one for one in self.uncertain if one.term.effect not in taken]
+        # A delay takes the place of the lag, and of nothing else that is late.
+        beside = [
+            one for one in self.uncertain if one.term.key == MODE or one.term.effect not in taken
+        ]
         every = [*self.unknown, *terms, *(one.term for one in beside)]
         known = [2.0 / one.width for one in beside for _ in range(one.term.columns.shape[0])]
         free = sum(one.columns.shape[0] for one in every) - len(known)
@@ -172,8 +176,11 @@ class Null:
             ]
         if machine.actuation == "loop":  # told from the motion itself: no logger comes between
             return found
-        late = actuation_delay.lag(catalogue.along, self.balance.lag_s)
-        return [*found, Uncertain(late, _STEP / catalogue.motion.rate_hz)]
+        motion, lag_s = catalogue.motion, self.balance.lag_s
+        late = actuation_delay.lag(catalogue.along, lag_s)
+        found.append(Uncertain(late, _STEP / motion.rate_hz))
+        beyond = mode(motion, lag_s)
+        return found if beyond is None else [*found, Uncertain(beyond, largest(motion))]
 
     def _per_own(self) -> float:
         """Effort as recorded per N or N m."""

@@ -2,15 +2,22 @@
 
 from __future__ import annotations
 
+import math
+from typing import NamedTuple
+
 import numpy as np
+from scipy.signal import detrend
 
 from ...drive.rigid.machine import Machine
 from ...recording.map import in_map
+from ...recording.runs import runs_of
 from ...recording.signals import Recording
 from ..diagnosis import BoolArray, FloatArray
 
 _ALIKE = 0.9  # of the squared correlation: two that tell of one motion
 _OFF = 0.05  # from each other: more than filters and a late sample make
+_SHORTEST = 16  # samples of a stretch
+_STRAIGHT = 0.1  # of the spread of a place: what goes beyond a line is next to nothing
 
 # Of a linear and of a rotary output; what a rotary one may be measured by comes first.
 _LINEAR = {
@@ -43,20 +50,64 @@ def unused_motion(recording: Recording, machine: Machine) -> list[str]:
     return notes
 
 
-def unlike_position(recorded: FloatArray, velocity: FloatArray, usable: BoolArray) -> str:
-    """Says so where the recorded speed goes with the rate of the position, but as a multiple of it.
+class Told(NamedTuple):
+    """How a recorded speed goes with the motion of a position.
 
-    Both float64[n], in the same band. One of the two has another unit, scale or gear behind it.
+    alike: squared correlation. times: as a multiple of it. Both NaN where nothing tells.
     """
-    told, rate = recorded[usable], velocity[usable]
-    if not np.isfinite(told).all() or not np.any(told):
-        return ""
-    together = float(told @ rate)
-    alike = together**2 / max(float(told @ told) * float(rate @ rate), 1e-300)
-    times = together / max(float(rate @ rate), 1e-300)
-    if alike < _ALIKE or abs(times - 1.0) <= _OFF:
-        return ""
-    return (
-        f"the recorded speed is {times:.3g} times the rate of the position, which is relied on: "
-        "unit, scale and gear of both in the map"
-    )
+
+    alike: float
+    times: float
+
+    @property
+    def agrees(self) -> bool:
+        """Whether both tell of one motion in one unit."""
+        return self.alike >= _ALIKE and abs(self.times - 1.0) <= _OFF
+
+    @property
+    def note(self) -> str:
+        """Says so where the two tell of different motions."""
+        if not self.alike < _ALIKE:
+            return ""
+        return (
+            "the recorded speed does not go with the position, which is relied on (squared "
+            f"correlation of what both travel {self.alike:.2f}): jumps of the one, or another part"
+        )
+
+    @property
+    def caution(self) -> str:
+        """Says so where one of the two has another unit, scale or gear behind it."""
+        if not self.alike >= _ALIKE or self.agrees:
+            return ""
+        return (
+            f"the recorded speed is {self.times:.3g} times the rate of the position, which is "
+            "relied on: unit, scale and gear of both in the map"
+        )
+
+
+def told_beside(
+    recorded: FloatArray, position: FloatArray, usable: BoolArray, rate_hz: float
+) -> Told:
+    """How a recorded speed, float64[n], goes with a position, float64[n].
+
+    The speed is integrated, for differences of a position are noisy; a straight line in each
+    stretch of usable samples is left aside, for a speed has an offset.
+    """
+    ways, places = [], []
+    for begin, end in runs_of(usable):
+        if end - begin < _SHORTEST or not np.isfinite(recorded[begin:end]).all():
+            continue
+        place = position[begin:end]
+        both = [np.cumsum(recorded[begin:end]) / rate_hz, place]
+        bent = [detrend(one) for one in both]
+        if np.std(bent[1]) < _STRAIGHT * np.std(place):  # one way at one speed: that is the line
+            bent = [one - one.mean() for one in both]
+        ways.append(bent[0])
+        places.append(bent[1])
+    if not ways:
+        return Told(math.nan, math.nan)
+    way, place = np.concatenate(ways), np.concatenate(places)
+    together, power = float(way @ place), float(way @ way)
+    alike = together**2 / max(power * float(place @ place), 1e-300)
+    # By the way, which is the less noisy of the two.
+    return Told(alike, power / together if together else math.nan)

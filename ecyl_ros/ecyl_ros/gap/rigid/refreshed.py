@@ -15,7 +15,8 @@ _SLOW = 3  # rows from one new value to the next, at the least
 _REGULAR = 0.6  # share of the values that last as long as usual, a row or a quarter more or less
 _OLD = 0.5  # share of all rows that repeat the one before
 _FEWEST = 20  # new values that say how long is usual
-_STEPS = 3.0  # of the smallest kind, that values leap by: else it is rounding that they wait for
+_STEPS = 3.0  # of the smallest kind, that values leap by: else they wait for rounding, or a switch
+_EQUAL = 1e-9  # of their range, that values may differ by and be one: of sums of 64 bits
 
 
 def new_rows(effort: FloatArray, position: FloatArray) -> NDArray[np.int64] | None:
@@ -27,8 +28,7 @@ def new_rows(effort: FloatArray, position: FloatArray) -> NDArray[np.int64] | No
     if known.size < _SLOW * _FEWEST:
         return None
     values, place = effort[known], position[known]
-    leaps = np.abs(np.diff(values))
-    same = leaps == 0.0
+    same = np.diff(values) == 0.0
     # Between two stamps, where everything was put on even ones, lies a value that is neither.
     new = np.flatnonzero(same & ~np.concatenate([[False], same[:-1]]))
     if new.size < _FEWEST + 1 or same.all():
@@ -42,8 +42,14 @@ def new_rows(effort: FloatArray, position: FloatArray) -> NDArray[np.int64] | No
     usual = float(np.median(lasts))
     regular = np.abs(lasts - usual) <= max(1.0, 0.25 * usual)
     jumps = np.abs(np.diff(values[new]))
-    coarse = float(np.median(jumps)) < _STEPS * float(leaps[~same].min())
+    coarse = float(np.median(jumps)) < _STEPS * _smallest(values[new])
     old = float(np.mean(same)) >= _OLD
     if usual < _SLOW or coarse or not old or float(np.mean(regular)) < _REGULAR:
         return None
     return known[new[1:]]  # how old the first one is nobody knows
+
+
+def _smallest(values: FloatArray) -> float:
+    """Least difference of values, float64[k], that are held; of a relay's two levels all of it."""
+    apart = np.diff(np.unique(values))
+    return float(apart[apart > _EQUAL * np.ptp(values)].min(initial=np.inf))

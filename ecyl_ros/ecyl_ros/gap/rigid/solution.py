@@ -11,6 +11,7 @@ from ...drive.rigid.model import Model
 from ...effects.actuation_delay import LAG
 from ...effects.term import Term
 from ..diagnosis import BoolArray, FloatArray
+from .mode import MODE
 
 # Of the structure that is left, along one effect: what the set could not take is shaped otherwise.
 _BENDS = 0.5
@@ -97,7 +98,7 @@ class Solution:
         """Effort explained on the grid of the motion: nominal plus the terms of the machine."""
         made = nominal.copy()
         for one in self.terms:
-            if one.key != LAG:
+            if one.key not in (LAG, MODE):
                 made += self.of(one) @ one.columns
         return made
 

@@ -10,6 +10,8 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from itertools import combinations
 
+import numpy as np
+
 from ...errors import InputError
 from ...recording.map import in_map
 from ...recording.signals import FOREIGN_SIGNALS, SIGNALS, Recording
@@ -31,6 +33,19 @@ def check_signals(
             raise InputError(
                 f"{lacks}: {in_map(name)} is missing, which {has} has; expected the same signals "
                 "in all recordings of one machine"
+            )
+
+
+def check_different(recordings: Sequence[Recording], sources: Sequence[str]) -> None:
+    """Raise InputError where two are copies: one would be held out of what the other tells."""
+    for (one, first), (other, second) in combinations(enumerate(recordings), 2):
+        if len(first) == len(second) and all(
+            np.array_equal(getattr(first, name), getattr(second, name), equal_nan=True)
+            for name in ("time_s", *SIGNALS, *FOREIGN_SIGNALS)
+        ):
+            raise InputError(
+                f"{sources[one]} and {sources[other]} hold the same samples; expected different "
+                "recordings of one machine"
             )
 
 

@@ -13,6 +13,7 @@ from ...errors import InputError
 from ...recording.signals import Recording
 from ..diagnose import check_input, check_no_mode
 from ..diagnosis import Diagnosis
+from .checks import check_different
 from .cylinder import diagnose_cylinders
 from .rigid import diagnose_rigid_together
 
@@ -50,7 +51,8 @@ def diagnose_together(
 
     Raises:
         InputError: as `diagnose` does; fewer than two recordings, a signal that one lacks,
-            recordings of different machines, a kind of drive that is judged one at a time.
+            two copies of one recording, recordings of different machines, a kind of drive that is
+            judged one at a time.
     """
     begin = time.perf_counter()
     tell = progress or (lambda share: None)
@@ -62,6 +64,7 @@ def diagnose_together(
         )
     for one, source in zip(recordings, sources, strict=True):
         check_input(one, drive, without, source, together=True)
+    check_different(recordings, sources)
     named: dict[str, Any] = {"sources": sources, "drive_name": drive_name, "tell": tell}
     if isinstance(drive, DriveParameters):
         result = diagnose_cylinders(recordings, drive, without=without, **named)
