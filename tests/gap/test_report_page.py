@@ -87,12 +87,15 @@ def test_one_plain_sentence_says_what_came_out() -> None:
 
 
 def test_a_signal_that_is_left_above_its_noise_is_told() -> None:
-    """Noise in all signals together hides none that is left at three times its own."""
-    some = VERDICTS["explained"]
+    """Noise in all signals together hides none that is left at three times its own; where a perfect
+    model leaves no less, as with noise that goes round the loop, that is said."""
+    some = dataclasses.replace(VERDICTS["explained"], misfit_after=1.5, misfit_perfect=1.0)
     first, *others = some.signals
     first = dataclasses.replace(first, after=3.0 * first.floor)
-    said = sentence(dataclasses.replace(some, signals=(first, *others)))
-    assert "noise but for the rotor velocity, at 3.00 times its own. Confidence" in said
+    left = dataclasses.replace(some, signals=(first, *others))
+    assert "noise but for the rotor velocity, at 3.00 times its own. Confidence" in sentence(left)
+    as_sound = sentence(dataclasses.replace(left, misfit_after=1.1))
+    assert "perfect model would leave it, with the rotor velocity at 3.00 times its" in as_sound
 
 
 def test_a_sheet_that_removes_nothing_is_not_praised_for_it() -> None:
