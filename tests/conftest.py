@@ -20,6 +20,9 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
 # Files that take a quarter of a minute or more. Where files go side by side, these begin first, so
 # that no long one is left over for one process at the end.
 _LONGEST = (
+    "nodes/test_partners.py",
+    "nodes/test_player.py",
+    "nodes/test_gap_monitor.py",
     "gap/test_diagnose.py",
     "docs/test_site.py",
     "field/test_field_recordings.py",

@@ -35,6 +35,8 @@ autodoc_member_order = "bysource"
 # A name that a package hands on is described where it is defined, once.
 autodoc_default_options = {"ignore-module-all": True}
 html_theme = "alabaster"
+# Beside a page of the reference stand its own contents: all modules would be a list of hundreds.
+html_sidebars = {"api/**": ["about.html", "searchfield.html", "localtoc.html", "relations.html"]}
 html_theme_options = {"page_width": "1100px", "sidebar_width": "240px"}
 # A word like `type` in a signature is the built-in, whatever attributes have that name.
 suppress_warnings = ["ref.python"]
