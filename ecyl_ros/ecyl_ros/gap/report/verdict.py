@@ -206,11 +206,12 @@ def _left(diagnosis: Diagnosis) -> str:
     worst = strongest(diagnosis, after=True)
     if worst is None or worst.after <= _BUT_FOR * worst.floor:
         return left
-    what = f"the {words.signal(worst.name)} at {q.times(worst.after, worst.floor)} times its own"
+    which = f"the {words.signal(worst.name)}"
+    high = f"at {q.times(worst.after, worst.floor)} times its own"
     # Noise that goes round the loop, or blows that differ by chance, move a sound machine as well.
     if worst.judged and diagnosis.misfit_after <= _NOISE * diagnosis.misfit_perfect:
-        return f"{left}, as a perfect model would leave it, with {what}"
-    return f"{left} but for {what.replace(' at ', ', at ', 1)}"
+        return f"{left}, as a perfect model would leave it, with {which} {high}"
+    return f"{left} but for {which}, {high}"
 
 
 def _partly(diagnosis: Diagnosis) -> str:

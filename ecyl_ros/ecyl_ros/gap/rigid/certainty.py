@@ -49,7 +49,7 @@ class Certainty:
     ) -> None:
         self.balance, self.contest, self.floor = balance, contest, floor
         self._calm = calm(balance.motion)
-        self.judged = judged & self._calm if (judged & self._calm).any() else judged
+        self.judged = self._where_calm(judged)
         self._along = along
 
     def of(self, term: Term) -> tuple[float, float, tuple[str, ...]]:
@@ -103,6 +103,11 @@ class Certainty:
         others = sum(weights.values()) + (_OTHER_AXIS if term.over_time else 0.0)
         return acts, acts / (1.0 + others), tuple(weights)
 
+    def _where_calm(self, rows: BoolArray) -> BoolArray:
+        """Those of rows, bool[m], that no jump of the effort reaches; all where it reaches all."""
+        found: BoolArray = rows & self._calm
+        return found if found.any() else rows
+
     def _rarity(self, name: str) -> int:
         return EFFECTS[name].rarity - before(self._along, name)
 
@@ -153,7 +158,7 @@ class Certainty:
         """Root of the robust mean square on all unseen rows: reversals count, too, as far as blows
         may."""
         balance = self.balance
-        rows = (balance.judged if balance.judged.any() else balance.usable) & self._calm
+        rows = self._where_calm(balance.judged if balance.judged.any() else balance.usable)
         return math.sqrt(float(np.mean(balance.costs(fit, self.contest.winner.scale, rows))))
 
     def _beyond(self, term: Term) -> float:
@@ -163,7 +168,7 @@ class Certainty:
 
     def _apart(self, one: Solution, other: Solution) -> float:
         """RMS of the difference between what two fits explain."""
-        rows = self.balance.usable & self._calm
+        rows = self._where_calm(self.balance.usable)
         return float(np.sqrt(np.mean((one.residual - other.residual)[rows] ** 2)))
 
     def _finer(self, rival: Solution, winner: Solution, term: Term) -> bool:
