@@ -115,6 +115,20 @@ def test_a_frozen_coarse_encoder_is_found_by_its_leap() -> None:
     assert 2_098 <= found.begin <= 2_100 and found.end == 2_300
 
 
+def test_an_effort_that_leaps_with_its_command_is_no_flaw() -> None:
+    """A proportional loop on a coarse encoder: at rest all stands still, and the voltage leaps when
+    the next step is asked for."""
+    asked = np.repeat([0.0, 1.0, 0.2, 0.9, -0.3, 0.5], 1500)
+    place, made = np.zeros(asked.size), 0.0
+    for row in range(1, asked.size):
+        made += 0.02 * (asked[row - 1] - place[row - 1])
+        place[row] = np.round(made / 1e-3) * 1e-3
+    voltage = 40.0 * (asked - place)
+    time = np.arange(asked.size) / RATE
+    columns = {"time": time, "position": place, "voltage": voltage, "reference": asked}
+    assert flaws(columns) == []
+
+
 def test_a_logger_that_repeats_costs_all_signals() -> None:
     """Where every signal stands, the command too, a sample was repeated: all are left out."""
     columns = moves()

@@ -110,3 +110,22 @@ def test_the_note_comes_first_and_says_what_to_write(
     assert "expected sign: -1 for signals.rotor_torque" in note
     assert main(["inspect", str(path)]) == 0
     assert "# rotor_torque_nm has the wrong sign" in capsys.readouterr().out
+
+
+def test_a_voltage_that_needs_none_at_rest_has_lost_its_sign() -> None:
+    """A winch by unsigned PWM: 1.4 V up, 0.6 V down, none at rest; what a weight asks for at rest,
+    too, is no lost sign."""
+    way = np.repeat([1.0, 0.0, -1.0, 0.0] * 4, 500)
+    time = np.arange(way.size) * 1e-3
+    smooth = np.convolve(way, np.ones(41) / 41.0, "same")
+    signals = {
+        "rotor_velocity_rad_per_s": 200.0 * smooth,
+        "rotor_position_rad": 0.2 * np.cumsum(smooth),
+        "voltage_q_v": np.where(way > 0.0, 1.4, 0.0) + np.where(way < 0.0, 0.6, 0.0),
+    }
+    stamps = np.round(time * 1e9).astype(np.int64)
+    (found,) = wrong_signs(Recording(stamp_ns=stamps, **signals))
+    assert found.signal == "voltage_q_v" and "lost its sign" in found.text
+    held = {**signals, "voltage_q_v": np.maximum(signals["voltage_q_v"], np.where(way, 0.0, 1.0))}
+    held["voltage_q_v"][:20] = 0.0
+    assert wrong_signs(Recording(stamp_ns=stamps, **held)) == []

@@ -17,6 +17,7 @@ from .effect import FloatArray
 _SOFT = 1e-3  # of the largest speed: below it the sign of the speed is not trusted
 _SOFTEST = 0.03  # of it: beyond, a level would look like a rise with speed
 _STROKE = 0.1  # of the largest speed: what stays slower is no stroke
+_AROUND, _NEARLY_ALL = 2.0 ** (1.0 / 3.0), 0.9  # times a frequency; of the power
 _SAME = 0.01  # of the power of what depends on position: two forms that nothing tells apart
 
 
@@ -105,6 +106,23 @@ class Along:
         weight = np.stack([np.sin(angle), np.cos(angle), np.ones_like(angle)], axis=1)
         left = off - weight @ np.linalg.lstsq(weight, off, rcond=None)[0]
         return bool(np.sum(left**2) <= _SAME * np.sum(off**2))
+
+    @cached_property
+    def one_frequency(self) -> bool:
+        """Whether the effort accelerates within a third of an octave of one frequency, nearly all.
+
+        At one frequency two masses and a stiffness move like one mass, of any size and sign. By the
+        cross-spectrum: noise of the acceleration is none of the effort's.
+        """
+        motion = self.motion
+        both = np.where(motion.usable, np.stack([motion.acceleration, motion.effort]), 0.0)
+        spectra = np.fft.rfft(both * np.hanning(motion.usable.size))
+        power = np.abs(spectra[0] * spectra[1])
+        power[0] = 0.0
+        hertz = np.fft.rfftfreq(motion.usable.size, 1.0 / motion.rate_hz)
+        top = hertz[int(np.argmax(power))]
+        near = (hertz >= top / _AROUND) & (hertz <= top * _AROUND)
+        return bool(np.sum(power[near]) >= _NEARLY_ALL * np.sum(power))
 
     @property
     def unstated(self) -> frozenset[str]:

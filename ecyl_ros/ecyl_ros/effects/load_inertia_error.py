@@ -53,6 +53,9 @@ def term(along: Along) -> Term:
     name, unit = along.units.inertia
     bare = not (any(model.viscous) or any(model.coulomb) or model.constant)
     scaled = along.machine.gain not in (None, 1.0) and bare and along.known_inertia
+    alike = ["torque_constant_error"] if scaled else []
+    if along.one_frequency:
+        alike.append("stiffness_error")
     return Term(
         effect=f"{along.side}_inertia_error",
         key="inertia",
@@ -61,7 +64,7 @@ def term(along: Along) -> Term:
         values=lambda c: {"inertia": float(c[0])},
         low=(-nominal,),
         inertia=1.0,
-        alternatives=("torque_constant_error",) if scaled else (),
+        alternatives=tuple(alike),
     )
 
 

@@ -26,7 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .carried import carried_way
-from .names import PLACED, words
+from .names import PLACED, QUANTITY, words
 from .repeats import repeated_rows
 from .runs import runs_of
 from .signals import FloatArray, StampArray
@@ -43,6 +43,7 @@ _NOISE_STEPS = 3.0  # a signal's finest steps
 _NEAR = 25  # samples on either side, that a pace is taken from
 _PAUSE = 2.5  # steps of time
 _LEAP = 5.0  # times the largest other step
+_LEAPING = ("effort", "current", "voltage")  # what a command may make leap
 _CARRIED = 0.02  # of the range, that the speed has to carry a frozen position
 _RESTS = 5  # samples at the end of an integer range
 _SUDDEN = 0.15  # of the usual step, with which a signal runs into the end of its range
@@ -163,7 +164,7 @@ def find_flaws(
         speed = columns.get((speeds or {}).get(name, ""))
         for run in own.long.tolist():
             others = [] if words(name) & PLACED else paces
-            if _evident(own, run, speed, stamps_ns) or _rests_in_motion(
+            if _evident(own, run, speed, stamps_ns, leaps=not _is_effort(name)) or _rests_in_motion(
                 own, run, [other for other in others if other is not columns[name]]
             ):
                 begin = int(own.starts[run])
@@ -242,12 +243,19 @@ def _varied(values: FloatArray) -> bool:
     return np.unique(few).size >= _VALUES or np.unique(values).size >= _VALUES
 
 
-def _evident(own: _Runs, run: int, speed: FloatArray | None, stamps: StampArray) -> bool:
+def _is_effort(name: str) -> bool:
+    """Whether a field may leap of itself: an effort does with its command."""
+    return any(QUANTITY.get(word, "").startswith(_LEAPING) for word in words(name))
+
+
+def _evident(
+    own: _Runs, run: int, speed: FloatArray | None, stamps: StampArray, *, leaps: bool
+) -> bool:
     begin = int(own.starts[run])
     end = begin + int(own.lengths[run])
     return (
         _noise_rests(own, begin, end)
-        or _leaps(own, begin, end, stamps)
+        or (leaps and _leaps(own, begin, end, stamps))
         or (speed is not None and _carried(own, begin, end, speed, stamps))
     )
 

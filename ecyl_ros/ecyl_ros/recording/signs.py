@@ -18,6 +18,7 @@ _MIRRORED = -0.8  # correlation of what should go together
 _OPPOSED = ((-0.4, -0.02), (-0.2, -0.3))
 _ONE_WAY = 0.2  # share of the moving samples that go either way
 _ALIKE = 0.3  # by which the mean efforts of both ways may differ in size, without a sign
+_IDLE = 0.5  # share of the resting samples without an effort
 _SMOOTH_S = 0.02  # over which accelerations are taken
 _FEWEST = 200  # samples
 _PAIRS = (
@@ -33,7 +34,7 @@ _RATES = (
     ("rotor_position_rad", "rotor_velocity_rad_per_s"),
     ("rod_position_m", "rod_velocity_m_per_s"),
 )
-_EFFORTS = ("rotor_torque_nm", "current_q_a", "rod_force_n")
+_EFFORTS = ("rotor_torque_nm", "current_q_a", "rod_force_n", "voltage_q_v")
 
 
 @dataclass(frozen=True)
@@ -161,8 +162,7 @@ def _effort(
     if _unsigned(recording, name, speed, moving, rows):
         return WrongSign(
             name,
-            f"{name} has lost its sign: it is never below 0 and as large whichever way it goes, by "
-            f"{by}",
+            f"{name} has lost its sign: it is never below 0 whichever way it goes, by {by}",
         )
     held = effort - float(np.mean(effort))
     power = held * speed
@@ -185,12 +185,19 @@ def _effort(
 def _unsigned(
     recording: Recording, name: str, speed: FloatArray, moving: float, rows: BoolArray
 ) -> bool:
-    """Whether an effort is but the size of one: it touches 0 from above while motion reverses."""
+    """Whether an effort is but the size of one: it touches 0 from above while motion reverses.
+
+    A load that always pulls one way may ask for that; not where nothing is needed to hold it at
+    rest, or where both ways ask for as much.
+    """
     effort = recording.signal(name)[rows]
     ahead, back = speed > moving, speed < -moving
     share = min(ahead.mean(), back.mean()) / max(float((ahead | back).mean()), 1e-9)
     if share < _ONE_WAY or effort.min() != 0.0 or int((effort == 0.0).sum()) < 3:
         return False
+    rest = ~(ahead | back)
+    if rest.any() and float(np.mean(effort[rest] == 0.0)) > _IDLE:
+        return True
     sizes = float(effort[ahead].mean()), float(effort[back].mean())
     return abs(sizes[0] - sizes[1]) < _ALIKE * max(sizes)
 

@@ -140,8 +140,10 @@ def _described(
     left = balance.target + law + sheet
     near = _resembled(judgement, motion, found, missing.rows, left, without)
     # Whether there is a law is decided where it is known; what it closes, wherever gaps are judged.
-    nominal = contest.nominal.rms(balance.judged)
-    after = float(np.sqrt(np.mean(left[balance.judged] ** 2)))
+    nominal = contest.nominal.rms(judgement.judged)
+    after = float(np.sqrt(np.mean(left[judgement.judged] ** 2)))
+    if after >= nominal:
+        return None
     shrink = shrink_of(nominal, after, max(nominal - floor, 1e-12))
     spread = judgement.spread
     series = diagnosis.series

@@ -193,6 +193,8 @@ class Sets:
     def holds(self, current: Solution, then: Solution, by: Term) -> bool:
         """Whether a term's gain is there on the stretches that nothing was fitted to."""
         before = self._held(current, current.scale)
+        if before.size == 0:  # nothing was held out in motion
+            return False
         cap = _cap(before)
         before = np.minimum(before, cap)
         off = before - np.minimum(self._held(then, current.scale), cap)

@@ -69,7 +69,8 @@ def check_one_machine(
                 raise InputError(
                     f"{sources[one]} and {sources[other]}: {key} is {a.value:.4g} in one and "
                     f"{b.value:.4g} {b.unit} in the other, further apart than one data sheet "
-                    f"allows ({2.0 * width:.2g} {b.unit}); expected recordings of one machine"
+                    f"allows ({2.0 * width:.2g} {b.unit}); expected recordings of one machine, "
+                    "whose parts move as one"
                 )
 
 
