@@ -417,3 +417,15 @@ def contract_map_of(*starts: str) -> SignalMap:
         one for one in own.signals if one.name in {f"{start}_position" for start in starts}
     )
     return dataclasses.replace(own, signals=kept)
+
+
+def test_a_unit_may_be_spoken_and_whole_steps_of_time_are_a_counters(tmp_path: Path) -> None:
+    """`Angle in deg` is in deg; a column called time that goes up by 2 or 3 is in ms, and that is
+    said."""
+    rows = "".join(f"{900 + 5 * (i // 2) + 2 * (i % 2)},{i % 90}.5\n" for i in range(300))
+    (tmp_path / "a.csv").write_text(f"time,Angle in deg\n{rows}")
+    found = propose(survey(tmp_path / "a.csv"))
+    assert found.map is not None and found.map.time is not None
+    assert found.map.time.unit == "ms"
+    assert {one.name: one.unit for one in found.map.signals} == {"rotor_position": "deg"}
+    assert any("ms is guessed from the steps of time" in one for one in found.remarks)

@@ -8,6 +8,7 @@ from collections.abc import Collection
 from .units import dimension_of, plain
 
 _BRACKETED = re.compile(r"[\[(]\s*([^\[\]()]*[^\W\d][^\[\]()]*|[°%])\s*[\])]\s*$")
+_SPOKEN = re.compile(r"\s+in\s+(\S+)\s*$", re.IGNORECASE)  # `Angle in deg`
 _IN = re.compile(r"^in\s+(?=\S)", re.IGNORECASE)  # `(in mm)`
 _SUFFIX = re.compile(r"_([A-Za-z]+(?:_per_[A-Za-z]+)?)$")
 _RATE = re.compile(r"_([A-Za-z]+)_s$")  # `speed_mm_s`
@@ -21,8 +22,8 @@ _REMARKS = {
 
 
 def bare(name: str) -> str:
-    """The name without what it says in brackets at its end."""
-    found = _BRACKETED.search(name)
+    """The name without what it says of its unit at its end."""
+    found = _BRACKETED.search(name) or _spoken(name)
     return name[: found.start()].rstrip() if found else name
 
 
@@ -35,10 +36,17 @@ def told(name: str, line: str = "") -> str:
         return line.strip("[]() ")
     found = _BRACKETED.search(name)
     if found is None:
-        return ""
+        spoken = _spoken(name)
+        return spoken[1] if spoken else ""
     word = _IN.sub("", found[1].strip())
     in_round = name.rstrip().endswith(")")
     return "" if in_round and word.lower() in _REMARKS else word
+
+
+def _spoken(name: str) -> re.Match[str] | None:
+    """The end of a name that says in what it is, where that is a unit."""
+    found = _SPOKEN.search(name)
+    return found if found and dimension_of(plain(found[1])) is not None else None
 
 
 def unit_of(word: str, dimensions: Collection[str] = ()) -> str:

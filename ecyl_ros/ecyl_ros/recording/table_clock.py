@@ -66,7 +66,11 @@ def table_clock(source: TableSource, topic: str, signal_map: SignalMap | None) -
             guess = unit or _unit_by_steps(raw)
             # What is merely called time is in s, unless its size or its steps say that it is not.
             called = bare(column.field).strip().lower() in TIME_COLUMNS
-            if not unit and called and _step(raw) <= _SLOWEST_S:
+            # Whole numbers that go up unevenly are a counter's: a log by the second is even.
+            steps = np.diff(raw)
+            counter = bool(steps.size and np.all(raw == np.round(raw)) and np.ptp(steps) > 0.0)
+            counter = counter and _step(raw) > _LONGEST_S
+            if not unit and called and _step(raw) <= _SLOWEST_S and not counter:
                 guess = "s"
             column = dataclasses.replace(column, unit=guess or "s")
             if unit:
