@@ -130,7 +130,9 @@ def test_recordings_of_different_machines_are_refused() -> None:
     runs = _runs(_rubs(4.0), RUBS)
     m = MOTIONS[1]
     runs[1] = recorded(m, 26.0 * m.a + 4.0 * np.sign(m.v), RUBS, 0.3, 1e-6)
-    with pytest.raises(InputError, match=r"^a\.mcap and b\.mcap: load\.mass is 2.* one machine$"):
+    with pytest.raises(
+        InputError, match=r"^a\.mcap and b\.mcap: load\.mass is 2.* whose parts move as one$"
+    ):
         _together(runs, RUBS)
 
 
