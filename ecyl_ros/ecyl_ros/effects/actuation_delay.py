@@ -7,7 +7,6 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from ..drive.parameters import DriveParameters
 from .along import Along
@@ -102,8 +101,7 @@ def lag(along: Along, known_s: float) -> Term:
     slope of the effort is that of the same instants, else its noise would look like a lag.
     """
     motion = along.motion
-    course = CubicSpline(np.arange(motion.effort.size) / motion.rate_hz, motion.effort)
-    slope = course(np.clip(course.x - known_s, 0.0, course.x[-1]), 1)
+    slope = motion.derived(motion.effort, 1, known_s)
     return Term(
         effect="actuation_delay",
         key=LAG,

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -52,6 +53,12 @@ class Course:
         For what is not linear in them: the size of noise is not zero on average.
         """
         return values
+
+    def derived(self, values: FloatArray, order: int, earlier_s: float) -> FloatArray:
+        """A derivative of float64[n] over time by a cubic spline, so much before each sample."""
+        course = CubicSpline(np.arange(values.size) / self.rate_hz, values)
+        made: FloatArray = course(np.clip(course.x - earlier_s, 0.0, course.x[-1]), order)
+        return made
 
     @property
     def own_s(self) -> FloatArray:

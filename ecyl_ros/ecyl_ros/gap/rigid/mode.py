@@ -12,7 +12,6 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from ...effects import actuation_delay
 from ...effects.term import Term
@@ -37,8 +36,7 @@ def mode(motion: Motion, known_s: float) -> Term | None:
     if int(np.sum(np.diff(steps.astype(np.int8), prepend=0) == 1)) < _FEWEST:
         return None
     jumps = np.concatenate([[0.0], np.cumsum(np.where(steps, np.diff(effort), 0.0))])
-    course = CubicSpline(np.arange(jumps.size) / motion.rate_hz, jumps)
-    curved = course(np.clip(course.x - known_s, 0.0, course.x[-1]), 2)
+    curved = motion.derived(jumps, 2, known_s)
     return Term(
         effect=actuation_delay.EFFECT.name,
         key=MODE,
