@@ -64,6 +64,11 @@ def test_a_motion_keeps_the_limits_of_its_legs() -> None:
             "jerk: 1}]}\n",
             r"motion\.yaml: no move from 0 m to 1e\+20 m",
         ),
+        (
+            "motion: {schema: ecyl.motion/1, legs: [{to_m: 0, speed: 1, acceleration: 1, "
+            f"jerk: {10**400}}}]}}\n",
+            "expected a finite number",
+        ),
         ("motion: {schema: ecyl.motion/1, legs: [{to: 0}]}\n", "unknown key to"),
         ("[\n", "cannot be read as YAML"),
     ],

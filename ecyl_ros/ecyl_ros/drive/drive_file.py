@@ -19,6 +19,7 @@ import yaml
 
 from ..effects.catalogue import CATALOGUE
 from ..errors import InputError
+from ..finite import is_finite
 from .coupling import MAY_MISS, rigid_coupling
 from .law import KEY as LEARNED
 from .law import KEYS as LAW_KEYS
@@ -130,7 +131,7 @@ def _number(value: Any, meta: Mapping[str, Any], key: str, source: str, whole: b
             value = float(value)
         except ValueError:
             raise InputError(f"{source}: {key} = {value!r}, {wanted}") from None
-    if isinstance(value, bool) or not isinstance(value, int | float) or math.isnan(value):
+    if not is_finite(value) and value not in (math.inf, -math.inf):
         raise InputError(f"{source}: {key} = {value!r}, {wanted}")
     if whole and value != int(value if math.isfinite(value) else 0):
         raise InputError(f"{source}: {key} = {value!r}, {wanted}")

@@ -21,6 +21,7 @@ from types import MappingProxyType
 from typing import Any
 
 from ..errors import InputError
+from ..finite import is_finite
 
 # Where a law may act, in the order of their numbers in the packed record (0: nowhere), with the
 # unit of what it gives there. What each means: `effects.ports`.
@@ -247,6 +248,6 @@ def _numbers(value: Any, key: str, source: str, least: int, most: int) -> tuple[
     if not least <= len(values) <= most:
         raise InputError(f"{source}: {KEY}.{key} has {len(values)} values, expected {count}")
     for one in values:
-        if isinstance(one, bool) or not isinstance(one, int | float) or not math.isfinite(one):
+        if not is_finite(one):
             raise InputError(f"{source}: {KEY}.{key} = {one!r}, expected finite numbers")
     return tuple(float(one) for one in values)

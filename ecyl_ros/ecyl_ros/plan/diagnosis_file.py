@@ -12,6 +12,7 @@ from ..drive.parameters import DriveParameters
 from ..drive.tolerances import constants_of
 from ..effects.catalogue import CATALOGUE
 from ..errors import InputError
+from ..finite import is_finite
 from ..gap.replay.replay import SIGNALS
 
 _SCHEMA = "ecyl.diagnosis/1"
@@ -71,17 +72,10 @@ def _check(data: Any, shape: Any, head: str, field: str) -> None:
 
 def _fits(data: Any, shape: Any, kind: type) -> bool:
     if kind is float:
-        return isinstance(data, int | float) and not isinstance(data, bool) and _finite(data)
+        return is_finite(data)
     if kind is tuple:
         return isinstance(data, list) and len(data) == len(shape)
     return isinstance(data, kind)
-
-
-def _finite(value: float) -> bool:
-    try:
-        return math.isfinite(value)
-    except OverflowError:  # an integer beyond every float
-        return False
 
 
 def _check_drive(

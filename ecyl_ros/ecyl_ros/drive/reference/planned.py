@@ -12,7 +12,6 @@ Each leg begins where the last one ended, the first at 0; after the last the rod
 from __future__ import annotations
 
 import itertools
-import math
 from bisect import bisect_right
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, fields
@@ -25,6 +24,7 @@ import yaml
 from ruckig import Trajectory
 
 from ...errors import InputError
+from ...finite import is_finite
 from ..parameters import LimitParameters
 from .moves import plan_move
 from .trajectory import Point
@@ -164,7 +164,7 @@ def read_planned(path: str | Path) -> Planned:
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
     length = motion.get("duration_s", moving_s)
-    if not _number(length) or length <= 0.0:
+    if not is_finite(length) or length <= 0.0:
         raise InputError(f"{path}: duration_s = {length!r}, expected more than 0 s")
     return Planned(made, float(length))
 
@@ -179,14 +179,10 @@ def _leg(data: Any, where: str) -> Leg:
     values = {"rest_s": 0.0, **data}
     for name in known:
         value: Any = values.get(name)
-        if not _number(value):
+        if not is_finite(value):
             raise InputError(f"{where}: {name} = {value!r}, expected a finite number")
         if name == "rest_s" and value < 0.0:
             raise InputError(f"{where}: rest_s = {value:g}, expected 0 s or more")
         if name in ("speed", "acceleration", "jerk") and value <= 0.0:
             raise InputError(f"{where}: {name} = {value:g}, expected more than 0")
     return Leg(**{name: float(values[name]) for name in known})
-
-
-def _number(value: Any) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)

@@ -19,6 +19,7 @@ from typing import Any
 from ...effects.catalogue import RIGID, rigid_forms
 from ...effects.rigid_form import EFFORT_KINDS, Stem
 from ...errors import InputError
+from ...finite import is_finite
 from .model import Acting
 from .units import EFFORT_UNITS, Units, own_effort
 
@@ -151,7 +152,7 @@ def _checked(value: Any, stem: Stem, name: str, lead: float | None, where: str) 
         with contextlib.suppress(ValueError):
             value = float(value)
     wanted = f"expected a number from {stem.low:g} to {stem.high:g}"
-    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+    if not is_finite(value):
         raise InputError(f"{where} = {value!r}, {wanted}")
     if not stem.low <= value <= stem.high:
         raise InputError(f"{where} = {value:g}, {wanted} (SI units throughout)")

@@ -8,12 +8,12 @@ from __future__ import annotations
 
 import dataclasses
 import difflib
-import math
 import os
 from collections.abc import Mapping
 from typing import Any
 
 from ...errors import InputError
+from ...finite import is_finite
 from ..drive_file import NODE_KEYS, read_parameter_file, resolve_drive
 from ..law import KEY
 from ..tolerances import RIGID, stated_tolerances
@@ -96,7 +96,7 @@ def _value(value: Any, key: Key, name: str, output: str, source: str) -> Any:
             value = float(value)
         except ValueError:
             raise InputError(f"{source}: {name} = {value!r}, {wanted}") from None
-    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+    if not is_finite(value):
         raise InputError(f"{source}: {name} = {value!r}, {wanted}")
     if not key.low <= value <= key.high or (key.open_low and value == key.low):
         raise InputError(f"{source}: {name} = {value:g}, {wanted} (SI units throughout)")
