@@ -115,17 +115,21 @@ def test_a_frozen_coarse_encoder_is_found_by_its_leap() -> None:
     assert 2_098 <= found.begin <= 2_100 and found.end == 2_300
 
 
-def test_an_effort_that_leaps_with_its_command_is_no_flaw() -> None:
-    """A proportional loop on a coarse encoder: at rest all stands still, and the voltage leaps when
-    the next step is asked for."""
+@pytest.mark.parametrize(("named", "derivative"), [("voltage", 0.0), ("u", 0.0), ("u", 60.0)])
+def test_an_effort_worked_out_of_a_coarse_position_is_no_evidence(
+    named: str, derivative: float
+) -> None:
+    """A proportional loop on a coarse encoder, with a difference or without, and whatever its
+    effort is called: at rest all stands still, and the effort leaps at the next step."""
     asked = np.repeat([0.0, 1.0, 0.2, 0.9, -0.3, 0.5], 1500)
     place, made = np.zeros(asked.size), 0.0
     for row in range(1, asked.size):
         made += 0.02 * (asked[row - 1] - place[row - 1])
         place[row] = np.round(made / 1e-3) * 1e-3
-    voltage = 40.0 * (asked - place)
+    off = asked - place
+    effort = 40.0 * off + derivative * np.diff(off, prepend=0.0)
     time = np.arange(asked.size) / RATE
-    columns = {"time": time, "position": place, "voltage": voltage, "reference": asked}
+    columns = {"time": time, "position": place, named: effort, "reference": asked}
     assert flaws(columns) == []
 
 

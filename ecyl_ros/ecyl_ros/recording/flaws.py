@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 
 from .carried import carried_way
 from .names import PLACED, QUANTITY, words
-from .repeats import repeated_rows
+from .repeats import repeated_rows, worked_out
 from .runs import runs_of
 from .signals import FloatArray, StampArray
 from .whiteness import white_noise
@@ -158,8 +158,9 @@ def find_flaws(
     seen: dict[tuple[int, int], set[str]] = {}
     # What holds or bears noise shows no motion.
     paces = [columns[name] for name in judged if name not in held and _smooth(columns[name][:end])]
+    dependent = worked_out(columns)
     for name, own in judged.items():
-        if name in held:
+        if name in held or name in dependent:
             continue
         speed = columns.get((speeds or {}).get(name, ""))
         for run in own.long.tolist():

@@ -2,12 +2,13 @@
 
 A drive at rest with coarse signals stands still, too. So there has to be evidence, in one signal at
 least: its noise rests with it; or, of a measured position, which cannot leap, that it does at the
-end, by far more than it moves on either side, to where it then stays.
+end, by far more than it moves on either side, to where it then stays. What is worked out of other
+columns, as the effort of a controller from a position, rests whenever they do and is none.
 """
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterable, Mapping
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +25,7 @@ _BESIDE = 50  # rows on either side, that noise is taken from
 _NEAR, _STAYS = 25, 5  # rows on either side that a pace is taken from, that it stays for
 _LEAP = 4.0  # times the largest step on either side
 _STEPS = 3.0  # of the smallest kind, that noise has to be above
+_OF_ITSELF = 0.5  # of its steps beside others that stand still; noise that is seen makes nearly all
 
 
 def repeated_rows(
@@ -33,41 +35,80 @@ def repeated_rows(
 
     held: signals that may hold a value and leap (commands), and hence are no evidence.
     """
-    size = next(iter(signals.values())).size if signals else 0
-    names = [name for name, values in signals.items() if _changes(values)]
-    changing = [signals[name] for name in names]
-    found = np.zeros(size, dtype=bool)
-    if len(changing) < 2:
-        return found
-    still = np.ones(max(size - 1, 0), dtype=bool)
-    for values in changing:
-        same = (values[1:] == values[:-1]) | (np.isnan(values[1:]) & np.isnan(values[:-1]))
-        still &= same
-    known = np.any([np.isfinite(values) for values in changing], axis=0)
-    still &= known[1:]
-    starts = np.concatenate([[0], np.flatnonzero(~still) + 1])
-    lengths = np.diff(np.append(starts, size))
-    if starts.size < _FEWEST:
-        return found
-    usual = float(np.quantile(lengths, 0.95, method="lower"))
-    long = lengths >= max(_SHORTEST, _RARER * usual)
-    equal = float((lengths[~long] - 1).sum()) / max(float(lengths[~long].sum()), 1.0)
-    long &= starts.size * equal ** (lengths - 1.0) < _BY_CHANCE
-    runs = [(int(a), int(a + n)) for a, n in zip(starts[long], lengths[long], strict=True)]
-    for begin, end in runs:
-        found[begin:end] = True
+    changing = {name: values for name, values in signals.items() if _changes(values)}
+    runs = _standstills(changing)
+    found = _rows(runs, signals)
     # What stands still says nothing of how its neighbours move.
-    live = {
-        name: (values, np.where(found, np.nan, values))
-        for name, values in zip(names, changing, strict=True)
-        if name not in held
-    }
+    evidence = _of_themselves(changing, found) - set(held) if runs else set[str]()
+    live = {name: (signals[name], np.where(found, np.nan, signals[name])) for name in evidence}
     placed = [pair for name, pair in live.items() if words(name) & PLACED]
     for begin, end in runs:
         evident = any(_noise_rests(*pair, begin, end) for pair in live.values())
         if not evident and not any(_leaps(*pair, begin, end) for pair in placed):
             found[begin:end] = False
     return found
+
+
+def worked_out(signals: Mapping[str, FloatArray]) -> set[str]:
+    """Names of the signals that change only where others do: what a controller works out of them.
+
+    Positions are none of these.
+    """
+    changing = {name: values for name, values in signals.items() if _changes(values)}
+    return set(changing) - _of_themselves(changing, _rows(_standstills(changing), signals))
+
+
+def _rows(runs: Iterable[tuple[int, int]], signals: Mapping[str, FloatArray]) -> NDArray[np.bool_]:
+    out = np.zeros(next(iter(signals.values())).size if signals else 0, dtype=bool)
+    for begin, end in runs:
+        out[begin:end] = True
+    return out
+
+
+def _same(signals: Iterable[FloatArray]) -> NDArray[np.bool_]:
+    """Where each value is the one before, bool[signals, n - 1]."""
+    return np.array(
+        [
+            (values[1:] == values[:-1]) | (np.isnan(values[1:]) & np.isnan(values[:-1]))
+            for values in signals
+        ]
+    )
+
+
+def _standstills(signals: Mapping[str, FloatArray]) -> list[tuple[int, int]]:
+    """Rows, the end one beyond, in which all stand still for far longer than elsewhere."""
+    if len(signals) < 2:
+        return []
+    known = np.any([np.isfinite(values) for values in signals.values()], axis=0)
+    still = np.all(_same(signals.values()), axis=0) & known[1:]
+    starts = np.concatenate([[0], np.flatnonzero(~still) + 1])
+    lengths = np.diff(np.append(starts, known.size))
+    if starts.size < _FEWEST:
+        return []
+    usual = float(np.quantile(lengths, 0.95, method="lower"))
+    long = lengths >= max(_SHORTEST, _RARER * usual)
+    equal = float((lengths[~long] - 1).sum()) / max(float(lengths[~long].sum()), 1.0)
+    long &= starts.size * equal ** (lengths - 1.0) < _BY_CHANCE
+    return [(int(a), int(a + n)) for a, n in zip(starts[long], lengths[long], strict=True)]
+
+
+def _of_themselves(signals: Mapping[str, FloatArray], still: NDArray[np.bool_]) -> set[str]:
+    """Names of the positions, and of what changes where all others stand still, or they never do.
+
+    For two steps, for a controller that takes a difference looks back by one.
+
+    still: bool[n], rows that may be repeated and tell nothing.
+    """
+    same = _same(signals.values())
+    out = set()
+    for at, name in enumerate(signals):
+        others = np.all(np.delete(same, at, axis=0), axis=0)
+        others[1:] &= others[:-1]
+        others &= ~still[1:]
+        changes = not others.any() or float(np.mean(same[at][others])) < _OF_ITSELF
+        if changes or words(name) & PLACED:
+            out.add(name)
+    return out
 
 
 def _changes(values: FloatArray) -> bool:
