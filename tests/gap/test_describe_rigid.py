@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Callable
 
 import numpy as np
@@ -10,7 +11,9 @@ import pytest
 from rigid_machines import LINEAR, ROTARY, Motion, motion, recorded
 
 import ecyl_ros as ec
+from ecyl_ros.gap.describe.choose import Trial, singles
 from ecyl_ros.gap.describe.description import Description
+from ecyl_ros.gap.describe.rigid_motion import Decimated, RigidMotion
 from ecyl_ros.gap.diagnose import diagnose
 from ecyl_ros.gap.diagnosis import Diagnosis
 from ecyl_ros.gap.report.page import report_html
@@ -123,6 +126,17 @@ def test_an_effort_that_wanders_is_no_law(seed: int) -> None:
     wandering = found(lambda m: 5.0 * np.interp(m.t, np.arange(21.0), course))
     assert wandering.verdict != "described"
     assert found(lambda m: 0.0 * m.q).verdict == "no_gap"
+
+
+@pytest.mark.parametrize("back", [True, False])
+def test_the_way_since_a_reversal_is_asked_for_where_there_are_reversals(back: bool) -> None:
+    """Of a drive that goes one way alone that way is time, or its position, by another name."""
+    t = np.arange(2000) / 200.0
+    speed = np.sin(math.tau * t) if back else 1.0 + 0.5 * np.sin(math.tau * t)
+    seen = RigidMotion(
+        t, np.cumsum(speed) / 200.0, speed, speed != 0.0, "position", 0.5, Decimated(1 / 200.0)
+    )
+    assert (Trial(("travel",)) in singles("torque", seen)) == back
 
 
 def test_report_json_and_summary_tell_the_law() -> None:

@@ -15,6 +15,7 @@ from ...drive.memory import since_reversal, warmed
 from ..replay.evidence import Smoother
 from ..replay.replay import SIGNALS, BoolArray, FloatArray, Replay
 from ..split import STRETCH_S
+from .visited import reversals
 
 HEAT_S = (0.5, 0.8, 1.25, 2.0, 3.2, 5.0)  # time constants of heat that are tried, s
 _PRESLIDING_RAD = 5e-4  # way from a reversal on which dry friction is not yet what it will be
@@ -167,7 +168,10 @@ class Motion:
         return True
 
     def periods(self, name: str, on_load: bool) -> float:
-        """How often a periodic variable went round; infinite for others."""
+        """See `Visited`."""
+        if name == "travel":
+            speed = self.load_speed if on_load else self.speed
+            return reversals(speed[self.moving & self.replay.usable])
         if name not in PERIODS:
             return math.inf
         values = self.variable(name, on_load)[self.replay.usable]

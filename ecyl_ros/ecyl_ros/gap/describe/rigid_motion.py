@@ -15,6 +15,7 @@ from ..rigid.motion import Motion
 from ..rigid.rest import reversing
 from ..rigid.terms import Catalogue
 from .choose import LEAST_TURNS
+from .visited import reversals
 
 _CELLS, _VISITED, _FILLED = 10, 3, 0.5  # of a plane: each way, samples of a visit, share visited
 # What is not a place on a rigid drive's motion. Heat would be the effort that is to be explained,
@@ -71,6 +72,8 @@ class RigidMotion:
             return 0.0
         if name in _NOT_TOLD:
             return 0.0
+        if name == "travel":
+            return reversals(self.speed[self.known])
         if name not in PERIODS:
             return math.inf
         return float(np.ptp(self.position[self.known])) / PERIODS[name]

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Protocol
 
+import numpy as np
+
 from ..diagnosis import FloatArray
 
 
@@ -46,4 +48,10 @@ class Visited(Protocol):
         """Whether each of two variables varied enough where the other stood for both to be told."""
 
     def periods(self, name: str, on_load: bool) -> float:
-        """How often a periodic variable went round; infinite for others, 0 where there is none."""
+        """How often a variable began anew: a periodic one went round, a way since a reversal was
+        reversed; infinite for others, 0 where there is none."""
+
+
+def reversals(speed: FloatArray) -> float:
+    """How often a speed while moving, float64[n], changes sign."""
+    return float(np.count_nonzero(np.diff(np.sign(speed))))
