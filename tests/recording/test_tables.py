@@ -233,6 +233,17 @@ def test_mat_vectors_matrices_and_structures(tmp_path: Path) -> None:
         mapped(tmp_path / "a.mat", {"signals": {"rod_position": "kp"}})
 
 
+def test_a_mat_vector_of_another_length_is_told(tmp_path: Path) -> None:
+    """Instants that no signal is as long as are left out, and the note says so with both lengths;
+    of a few parameters nothing is said."""
+    samples = {"x": np.arange(60.0), "u": np.arange(60.0), "k": np.arange(3.0)}
+    savemat(tmp_path / "a.mat", samples | {"t": np.arange(55.0)})
+    table = MatTable(tmp_path / "a.mat")
+    assert sorted(table.names) == ["u", "x"]
+    (note,) = table.notes
+    assert "60 rows" in note and note.endswith(": t (55)")
+
+
 def test_mat_files_are_refused_where_scipy_would_end_the_process(tmp_path: Path) -> None:
     """A type of data that does not exist, which scipy looks up unchecked, is named by its byte."""
     savemat(tmp_path / "a.mat", {"t": np.arange(50.0)})

@@ -15,6 +15,7 @@ from .columns import Columns
 from .csvnumbers import numbers
 from .csvtext import LONGEST_LINE, blocks, find_delimiter, last_decimals, outside_quotes
 from .instants import DATE
+from .names import name_of
 from .signals import FloatArray
 from .units import dimension_of
 
@@ -143,12 +144,12 @@ class CsvTable:
                     self._take_units(second)
                     begins = 2
         if not self.names:
-            self.names = [f"column_{i + 1}" for i in range(len(row))]
+            self.names = [name_of(i + 1) for i in range(len(row))]
         if len(self.names) > _MOST_COLUMNS:
             raise InputError(
                 f"{self.path}: {len(self.names)} columns, expected {_MOST_COLUMNS} at most"
             )
-        self.names = [name or f"column_{i + 1}" for i, name in enumerate(self.names)]
+        self.names = [name or name_of(i + 1) for i, name in enumerate(self.names)]
         self._tell_apart()
         self._start = lines[begins][0] if begins < len(lines) else len(head)
         self._first_line = lines[begins][1] + 1 if begins < len(lines) else line_number + 1

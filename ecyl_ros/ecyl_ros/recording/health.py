@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from .flaws import SATURATED, Flaw, find_flaws
 from .headers import ending, told
-from .names import TIMED, holds, words
+from .names import TIMED, holds, unnamed, words
 from .signals import FloatArray, StampArray
 from .units import plain
 from .wrap import WrapFound, find_wrap
@@ -86,7 +86,11 @@ class HealthMeter:
                     )
                 self._wraps[name] = found
             columns[name] = values
-        held = {name for name in columns if self._holds or holds(name) or name in self._wraps}
+        held = {
+            name
+            for name in columns
+            if self._holds or holds(name) or unnamed(name) or name in self._wraps
+        }
         flaws = find_flaws(stamps, columns, held=held, last=last)
         for flaw in flaws:
             self._flaws.append(

@@ -17,6 +17,8 @@ from .signals import FloatArray
 _DEEPEST = 8
 _MOST = 2048  # columns
 _WIDEST = 64  # columns of one matrix
+_SERIES = 50  # values, from which a vector is a signal rather than a parameter
+_SHOWN = 6  # of other lengths
 
 
 class MatTable:
@@ -53,6 +55,17 @@ class MatTable:
             raise InputError(f"{path}: holds no vector of numbers")
         self._size = max(set(sizes), key=lambda size: (sizes.count(size), size))
         self.names = [name for name, own in self._columns.items() if own.size == self._size]
+        others = [
+            f"{name} ({own.size})"
+            for name, own in self._columns.items()
+            if _SERIES <= own.size != self._size
+        ]
+        if others:
+            told = ", ".join(others[:_SHOWN]) + (", ..." if len(others) > _SHOWN else "")
+            self.notes += (
+                f"{self.path}: of another length than the table's {self._size} rows, and no part "
+                f"of it: {told}",
+            )
 
     def _load(self) -> dict[str, Any]:
         from scipy.io import loadmat

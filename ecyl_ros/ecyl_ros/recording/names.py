@@ -122,3 +122,13 @@ def words(name: str) -> set[str]:
 def holds(name: str) -> bool:
     """Whether a name is of what may keep a value for long: a command, a state, an instant."""
     return bool(words(name) & (ASKED | INJECTED | TIMED | {"mode", "state", "status", "flag"}))
+
+
+def name_of(place: int) -> str:
+    """The name of a column that its table gives none: `column_3`."""
+    return f"column_{place}"
+
+
+def unnamed(name: str) -> bool:
+    """Whether a column has such a name, which says nothing of what it holds."""
+    return re.fullmatch(r"column_\d+", name) is not None

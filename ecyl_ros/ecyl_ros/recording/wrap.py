@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import maximum_filter1d
 
 from .signals import FloatArray
 
@@ -30,6 +31,7 @@ _CLOCKS = (2.0**16, 2.0**24, 2.0**32, 1e3, 1e6, 1e9, 60.0, 3600.0, 86400.0, 6e4,
 _QUIET = 0.25  # of the period: a field that moves further in a sample cannot be made whole
 _PASSED = 0.02  # share of the values that stand in the middle half of a turn, at least
 _VALUES = 8  # different ones, of a number whose sign was lost
+_NEAR = 10  # steps on either side
 _FEW = 50  # values, below which nothing is looked for
 
 
@@ -191,9 +193,10 @@ def _starts_again(
     if not times or times > 0.2 * size.size or not 0.0 < ordinary <= _QUIET * period:
         return 0
     rest = np.abs(size[long] - period)
-    # What is left of a step over the end is a step like the others, or a few grains; more only
+    # What is left of a step over the end is a step like those beside it, or a few grains; more only
     # where samples were lost.
-    if float(np.quantile(rest, 0.9)) > 1.5 * ordinary + 2.0 * grain:
+    beside = maximum_filter1d(np.where(long, 0.0, size), 2 * _NEAR + 1)[long]
+    if float(np.mean(rest <= 1.5 * beside + 2.0 * grain)) < 0.9:
         return 0
     return times if float(rest.max()) <= _QUIET * period else 0
 
