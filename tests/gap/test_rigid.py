@@ -14,10 +14,12 @@ from ecyl_ros.drive.rigid.machine_file import load_machine
 from ecyl_ros.effects import load_viscous_friction, spring_load
 from ecyl_ros.errors import InputError
 from ecyl_ros.gap.diagnose import diagnose
+from ecyl_ros.gap.diagnosis import Measured
 from ecyl_ros.gap.report.page import report_html
 from ecyl_ros.gap.report.terminal import summary
 from ecyl_ros.gap.rigid.balance import Balance
 from ecyl_ros.gap.rigid.floor import repeatability
+from ecyl_ros.gap.rigid.machine_values import told_apart
 from ecyl_ros.gap.rigid.motion import motion_of
 from ecyl_ros.gap.rigid.terms import Catalogue
 from ecyl_ros.recording.signals import Recording
@@ -155,6 +157,18 @@ def test_what_the_file_leaves_out_is_found_and_said() -> None:
         "rotor_coulomb_friction": {"coulomb_a": pytest.approx(0.1, rel=0.02)}
     }
     assert any("actuation.gain is left out" in note for note in result.notes)
+
+
+@pytest.mark.parametrize(("high", "said"), [(-0.9, True), (0.9, False)])
+def test_a_friction_below_zero_is_said_to_be_none(high: float, said: bool) -> None:
+    """A measured friction whose whole interval is negative says that the model lacks something."""
+    recording = recorded(M, 20.0 * M.a, LINEAR, 0.3, 1e-6)
+    along = Catalogue(motion_of(recording, LINEAR, "r"), LINEAR).along
+    found = Measured(
+        "viscous_n_s_per_m", "N s/m", -5.0, -10.0, high, "friction in proportion to speed", None
+    )
+    told = told_apart(load_viscous_friction.term(along), found, (), (), (), along, gain=False)
+    assert ("negative, as no friction is" in told.meaning) == said
 
 
 def test_intervals_hold_under_correlated_disturbance() -> None:

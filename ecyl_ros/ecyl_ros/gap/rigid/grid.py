@@ -35,11 +35,12 @@ def even_grid(
     steps = np.diff(recording.time_s)
     typical = float(np.median(steps))
     # A mean over all but the longest pauses does not round as a median of stamps in ms does.
-    rate = 1.0 / float(steps[steps < 3.0 * typical].mean())
+    usual = steps[steps < 3.0 * typical]
+    rate = 1.0 / float(usual.mean())
     asked = rate_hz or rate
     grid = np.arange(math.floor(recording.duration_s * asked + 1e-6) + 1) / asked
     notes = []
-    uneven = int(np.sum(np.abs(steps * rate - 1.0) > _EVEN))
+    uneven = int(np.sum(np.abs(usual * rate - 1.0) > _EVEN))
     if uneven:
         notes.append(
             f"uneven stamps: {uneven} of {steps.size} steps are off {1e3 / rate:.3g} ms by "

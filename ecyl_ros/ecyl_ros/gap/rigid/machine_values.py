@@ -15,6 +15,7 @@ from ...effects.term import Interval, Term
 from ..diagnosis import Measured
 
 _OF_A_MOMENT = ("friction_drift", "local_jam")  # levels of a time or a place, not of the machine
+_LOADED = "constant load included"  # in a friction's meaning: of either sign, then
 
 
 def machine_value(
@@ -41,11 +42,11 @@ def machine_value(
         units.level("coulomb"): (model.coulomb[0], level),
         units.level("coulomb_positive"): (
             model.coulomb[0] + load,
-            f"{level} forwards, constant load included",
+            f"{level} forwards, {_LOADED}",
         ),
         units.level("coulomb_negative"): (
             model.coulomb[1] - load,
-            f"{level} backwards, constant load included",
+            f"{level} backwards, {_LOADED}",
         ),
     }
     if span.name in totals and term.effect not in _OF_A_MOMENT:
@@ -85,4 +86,6 @@ def told_apart(
         apart = ", fitted beside values that are no causes"
     else:
         apart = ""
+    if total.meaning.startswith("friction") and _LOADED not in total.meaning and total.high < 0.0:
+        apart += "; negative, as no friction is: the model lacks something"
     return replace(total, meaning=total.meaning + apart)
