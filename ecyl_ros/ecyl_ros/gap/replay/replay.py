@@ -7,7 +7,6 @@ import dataclasses
 import threading
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -133,6 +132,8 @@ class Replay:
         self.loop_share = 1.0
         self._shaking: tuple[DriveParameters, FloatArray] | None = None
         self._find_start()
+        self._holds_i_d = False
+        self._holds_i_d = self._shows_no_i_d()
         self.floor = self._settle_floor(stated)
         self.healthy = self.healthy_with({})
 
@@ -287,13 +288,18 @@ class Replay:
         """float64[n], the rod position asked for at the recording's samples."""
         return self._grid.on_stamps(self._reference[:-1, :1])[0]
 
-    @cached_property
-    def _holds_i_d(self) -> bool:
-        """Whether the drive shows no i_d: it holds it at 0 by a loop.
+    def _shows_no_i_d(self) -> bool:
+        """Whether the drive holds i_d at 0 by a loop of its own.
 
-        The plant's decoupling alone leaves some where a delay comes before it.
+        The plant's decoupling alone leaves some, for it comes a tick or a delay late. What is
+        recorded of a drive with a loop is none of that: nearer to nothing than to all of it.
         """
-        return not np.nan_to_num(self.recording.current_d_a).any()
+        recorded = self.recording.current_d_a
+        known = np.isfinite(recorded) & self.usable
+        if not recorded[known].any():
+            return True
+        left = self._grid.on_stamps(self.run({}))[_measured("current_d_a")][known]
+        return bool(recorded[known] @ left < 0.5 * (left @ left))
 
     def packed(self, effects: Effects, drive: DriveParameters | None = None) -> NDArray[np.void]:
         """The packed record of the drive with `effects` added to those of the drive file.
