@@ -21,6 +21,14 @@ def test_a_speed_with_an_offset_agrees_with_a_noisy_position() -> None:
     assert told.times == pytest.approx(1.0, abs=0.01)
 
 
+def test_a_speed_whose_offset_wanders_agrees() -> None:
+    """Over the whole run its integral drifts away by as much as the motion; piece by piece it tells
+    of the same motion, and at its own scale."""
+    wander = 0.15 * np.std(M.q) * np.cumsum(RNG.standard_normal(M.q.size)) / np.sqrt(RATE_HZ)
+    told = told_beside(M.v + wander, M.q + 5e-4 * RNG.standard_normal(M.q.size), ALL, RATE_HZ)
+    assert told.agrees and not told.caution and not told.note
+
+
 def test_a_speed_of_another_gear_is_told_in_noise_and_across_gaps() -> None:
     """0.6 times as fast, with a fifth of the samples unusable: by how much, and not used."""
     usable = np.arange(M.q.size) % 1000 < 800

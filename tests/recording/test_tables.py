@@ -19,6 +19,8 @@ from ecyl_ros.recording.mapped import contract_map, read_mapped
 from ecyl_ros.recording.matcheck import MatError, check_mat
 from ecyl_ros.recording.mattable import MatTable
 from ecyl_ros.recording.messages import typestore
+from ecyl_ros.recording.propose import propose
+from ecyl_ros.recording.survey import survey
 
 SHARED = Path(__file__).parents[3] / "shared" / "field"
 field = pytest.mark.skipif(not SHARED.is_dir(), reason="no ../shared/field beside the repository")
@@ -231,6 +233,34 @@ def test_mat_vectors_matrices_and_structures(tmp_path: Path) -> None:
         mapped(tmp_path / "a.mat", {"signals": {"rod_position": "q"}})
     with pytest.raises(InputError, match="different lengths"):
         mapped(tmp_path / "a.mat", {"signals": {"rod_position": "kp"}})
+
+
+def test_rows_as_matlab_writes_a_matrix_are_read(tmp_path: Path) -> None:
+    """Commas, a semicolon at the end of each row, names and units in comments: no row and no
+    column is lost, and of the units the known ones count."""
+    rows = "".join(f"{i}.0,0.5,{0.25 * i},1.5;\n" for i in range(40))
+    text = "%Motor\n%step,voltage,position,velocity\n%[#],[V],[turns],[turns/s]\n" + rows
+    (tmp_path / "a.csv").write_text(text)
+    table = CsvTable(tmp_path / "a.csv")
+    assert table.names == ["step", "voltage", "position", "velocity"]
+    assert table.units == {"voltage": "V", "position": "turns", "velocity": "turns/s"}
+    (columns,) = table.columns()
+    np.testing.assert_array_equal(columns.values["velocity"], np.full(40, 1.5))
+    np.testing.assert_array_equal(columns.values["step"], np.arange(40.0))
+
+
+def test_a_line_of_units_with_a_percentage_has_its_names_above(tmp_path: Path) -> None:
+    """A drive's export: metadata, names, units; the column without a name is time by its unit, and
+    per cent are left to the map."""
+    rows = "".join(f"{12.8 * i:.3f};{-100 - i % 3};{-24.1 - i % 5}\n" for i in range(200))
+    head = "Date:;2020-07-08\nSampling period:;12.800\n;Velocity actual value;Torque actual value\n"
+    (tmp_path / "a.csv").write_text(head + "ms;rpm;%\n" + rows)
+    found = propose(survey(tmp_path / "a.csv"))
+    assert found.map is not None and found.map.time is not None
+    assert (found.map.time.field, found.map.time.unit) == ("column_1", "ms")
+    (only,) = found.map.signals
+    assert (only.name, only.field, only.unit) == ("rotor_velocity", "Velocity actual value", "rpm")
+    assert any("unit % is of a rated value" in one for one in found.remarks)
 
 
 def test_a_mat_vector_of_another_length_is_told(tmp_path: Path) -> None:

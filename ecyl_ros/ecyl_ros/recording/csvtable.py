@@ -26,13 +26,15 @@ _POINT_NUMBER = re.compile(r"[+-]?\d*\.\d+([eE][+-]?\d+)?$")
 _COMMENTS = ("#", "%", "//")
 _LOOKED_AT = 200  # lines, for the delimiter and the decimal sign
 _ENOUGH = 6  # lines that show which of them are rows
+_SHARE = "%"  # of a rated value
+_END = ";"
 _UNIT_LABELS = ("unit", "units")
 _MISSING = ["", "nan", "NaN", "NAN", "NA", "N/A", "null", "None", "-", "--"]
 
 
 def _is_unit(cell: str) -> bool:
     word = cell.strip("[]() ")
-    return dimension_of(word) is not None or word.lower() in _UNIT_LABELS
+    return dimension_of(word) is not None or word.lower() in _UNIT_LABELS or word == _SHARE
 
 
 class CsvTable:
@@ -77,7 +79,7 @@ class CsvTable:
             raise InputError(f"{path}: is UTF-16 text, expected UTF-8 (save it as such)")
         if b"\0" in head:
             raise InputError(f"{path}: is no CSV text: it holds bytes of zero")
-        self._encoding = "utf-8"
+        self._encoding, self._end = "utf-8", b""
         try:
             head.decode("utf-8")
         except UnicodeDecodeError as error:
@@ -109,6 +111,11 @@ class CsvTable:
             raise InputError(f"{self.path}: holds nothing but comments, expected rows of numbers")
         texts = [text for _, _, text in lines]
         self.delimiter = find_delimiter(texts)
+        rows = texts[len(texts) // 2 :]
+        # As MATLAB writes a matrix: commas, and a semicolon at the end of each row.
+        if self.delimiter != _END and all(row.endswith(_END) for row in rows[:-1] or rows):
+            self._end = _END.encode()
+            texts = [text.removesuffix(_END) for text in texts]
         before = self._before_the_table(texts)
         if before:
             self.notes += (
@@ -224,22 +231,34 @@ class CsvTable:
                 self.names = above
                 self._take_units(names)
                 return above
+            self.names = names
+            below = comments[place + 1 : place + 2]
+            cells = self._split(below[0], columns) if below else []
+            if any(_is_unit(cell) for cell in cells):
+                self._take_units(cells)
             return names
         return []
 
     def _comment_cells(self, comment: str, columns: int) -> list[str]:
+        """Of a line that has as many, not all of them values."""
+        cells = self._split(comment, columns)
+        return [] if all(self._is_value(cell) for cell in cells) else cells
+
+    def _split(self, comment: str, columns: int) -> list[str]:
+        """Of a line that has as many."""
         text = comment.lstrip("#%/ ")
         for cells in (self._cells(text), text.split(), text.split(",")):
             if len(cells) == columns + 1 and not cells[-1]:
                 cells = cells[:-1]
-            if len(cells) == columns and not all(self._is_value(cell) for cell in cells):
+            if len(cells) == columns and any(cells):
                 return [cell.strip() for cell in cells]
         return []
 
     def _take_units(self, cells: list[str]) -> None:
-        named = zip(self.names, cells, strict=True)
-        told = ((name, cell.strip("[]() ")) for name, cell in named)
-        self.units = {name: unit for name, unit in told if unit.lower() not in ("", *_UNIT_LABELS)}
+        nameless = (name or name_of(i + 1) for i, name in enumerate(self.names))
+        told = zip(nameless, (cell.strip("[]() ") for cell in cells), strict=True)
+        labels = ("", "#", *_UNIT_LABELS)
+        self.units = {name: unit for name, unit in told if unit.lower() not in labels}
 
     def _cells(self, line: str) -> list[str]:
         if self.delimiter == " ":
@@ -334,6 +353,8 @@ class CsvTable:
 
     def _whole_rows(self, block: bytes, line: int, last: bool) -> bytes:
         """The block without comments, once all its rows have as many cells as there are columns."""
+        if self._end:
+            block = re.sub(rb";[ \t]*(?=\r?\n|\Z)", b"", block)
         if last:
             block = self._uncut(block)
         sign = self.delimiter.encode()

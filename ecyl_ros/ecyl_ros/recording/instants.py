@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from ..errors import InputError
 from .headers import bare, told
 from .map import ISO, TimeColumn
+from .names import unnamed
 from .signals import StampArray
 from .units import UNITS, in_si, plain, unknown_unit
 from .wrap import folded, unwrapped
@@ -85,7 +86,8 @@ def epoch_unit(values: NDArray[Any]) -> str:
 
 
 def named_column(names: Sequence[str], units: Mapping[str, str], where: str) -> TimeColumn | None:
-    """The column that is called as one of instants, and the unit that its header tells, if any.
+    """The column that is called as one of instants, and the unit that its header tells, if any;
+    else one without a name whose unit is of time.
 
     Raises:
         InputError: its header tells a unit that is none of time.
@@ -102,6 +104,10 @@ def named_column(names: Sequence[str], units: Mapping[str, str], where: str) -> 
                 "time: {field: NAME, unit: ms} in the map"
             )
         return TimeColumn(name, (unit if unit in UNITS["time"] else "") or TIME_COLUMNS[key])
+    for name in names:
+        unit = plain(units.get(name, ""))
+        if unnamed(name) and unit in UNITS["time"]:
+            return TimeColumn(name, unit)
     return None
 
 

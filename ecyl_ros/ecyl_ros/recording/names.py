@@ -34,7 +34,19 @@ PLACED = {
 }
 # Words of instants and counters of samples.
 TIMED = {
-    *("time", "timestamp", "stamp", "stamps", "clock", "t", "sec", "nanosec", "seq", "date"),
+    *(
+        "time",
+        "timestamp",
+        "timestep",
+        "stamp",
+        "stamps",
+        "clock",
+        "t",
+        "sec",
+        "nanosec",
+        "seq",
+        "date",
+    ),
     *("datetime", "utc", "index", "sample"),
 }
 

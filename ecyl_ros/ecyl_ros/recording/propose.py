@@ -16,7 +16,7 @@ from .candidates import (
     told_of,
     unit_told,
 )
-from .headers import bare
+from .headers import bare, ending
 from .map import MAPPED, MappedSignal, SignalMap
 from .mapped import contract_map
 from .names import (
@@ -207,7 +207,7 @@ def _without_raw(candidates: list[Candidate]) -> tuple[list[Candidate], list[str
 def _stem(one: Candidate) -> tuple[str, str]:
     """What a field is called without its unit, and the topic it is of."""
     name = bare(one.path)
-    if name == one.path and unit_told(one):
+    if name == one.path and "_" in name and ending(name):
         name = name.rpartition("_")[0]
     return one.topic.name, name.lower()
 

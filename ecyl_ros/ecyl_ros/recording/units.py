@@ -143,6 +143,8 @@ def unknown_unit(word: str) -> str:
     """What to say of a unit that is not known: its name, and those that are."""
     shown = " ".join(word.split())[:40]
     hint = ""
+    if shown == "%":
+        return "unit % is of a rated value: give its unit, and a hundredth of it as scale"
     if shown.lower() in _RMS:
         hint = " (of amperes RMS: unit: A, scale: 1.4142)"
     known = ", ".join(name for units in UNITS.values() for name in units)

@@ -74,16 +74,21 @@ def told_by_speed(
     """Bandwidth, cutoff and noise by the recorded speed; None where differences are as good.
 
     velocity: from differences of the position, with noise of `spread`. The recorded speed has to
-    say the same within that noise, and to be clearly quieter.
+    be clearly quieter, and to say the same within that noise: what of their difference goes with
+    the motion, as a filter or a scale makes it. The rest is noise of the position, white or not.
     """
     if not usable.any() or not np.isfinite(recorded).all():
         return None
     own = position_noise(recorded, rate, usable)  # of any signal
     quiet = own * math.sqrt(min(2.0 * cutoff / rate, 1.0))
     sos = butter(ORDER, cutoff, fs=rate, output="sos")
-    apart = (low_passed(sos, recorded) - velocity)[usable]
+    smooth = low_passed(sos, recorded)
+    apart = (smooth - velocity)[usable]
+    moved = np.stack([smooth, slope(smooth, rate)])[:, usable]
+    with_motion = np.linalg.lstsq(moved.T, apart, rcond=None)[0] @ moved
     size = float(np.std(velocity[usable]))
-    if quiet > _QUIETER * spread or float(np.sqrt(np.mean(apart**2))) > 3.0 * spread + _LAG * size:
+    off = float(np.sqrt(np.mean(with_motion**2)))
+    if quiet > _QUIETER * spread or off > 3.0 * spread + _LAG * size:
         return None
     if machine.bandwidth_hz is None:
         bandwidth = max(

@@ -285,8 +285,10 @@ def motion_of(
         if beside.note:
             notes.append(beside.note)
         if complete and beside.agrees:
+            # Where filters have forgotten what was bridged.
+            calm = eroded(usable, settling(rate, bandwidth))
             told = told_by_speed(
-                filled, velocity, usable, rate, spread, machine, bandwidth, effort, cutoff, times
+                filled, velocity, calm, rate, spread, machine, bandwidth, effort, cutoff, times
             )
         by_speed = told is not None
         if told is not None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from typing import NamedTuple
 
@@ -91,21 +92,42 @@ def told_beside(
     """How a recorded speed, float64[n], goes with a position, float64[n].
 
     The speed is integrated, for differences of a position are noisy; a straight line in each
-    stretch of usable samples is left aside, for a speed has an offset.
+    stretch of usable samples is left aside, for a speed has an offset. Over long stretches the
+    integral drifts, over short ones the noise of the position shows: those count in which the two
+    are most alike. Two that have nothing to do with each other are so at no length.
     """
+    runs = [
+        (begin, end)
+        for begin, end in runs_of(usable).tolist()
+        if end - begin >= _SHORTEST and np.isfinite(recorded[begin:end]).all()
+    ]
+    longest = max((end - begin for begin, end in runs), default=0)
+    found = Told(math.nan, math.nan)
+    while longest >= _SHORTEST:
+        told = _told(recorded, position, [one for run in runs for one in _cut(*run, longest)])
+        if not found.alike >= told.alike:
+            found = told
+        longest //= 2
+    return found._replace(times=found.times / rate_hz)
+
+
+def _cut(begin: int, end: int, longest: int) -> list[tuple[int, int]]:
+    """A stretch in as few equal parts as are no longer than `longest`."""
+    edges = np.linspace(begin, end, math.ceil((end - begin) / longest) + 1).astype(int).tolist()
+    return list(itertools.pairwise(edges))
+
+
+def _told(recorded: FloatArray, position: FloatArray, stretches: list[tuple[int, int]]) -> Told:
+    """The same of given stretches; times: as if the samples were 1 s apart."""
     ways, places = [], []
-    for begin, end in runs_of(usable):
-        if end - begin < _SHORTEST or not np.isfinite(recorded[begin:end]).all():
-            continue
+    for begin, end in stretches:
         place = position[begin:end]
-        both = [np.cumsum(recorded[begin:end]) / rate_hz, place]
+        both = [np.cumsum(recorded[begin:end]), place]
         bent = [detrend(one) for one in both]
         if np.std(bent[1]) < _STRAIGHT * np.std(place):  # one way at one speed: that is the line
             bent = [one - one.mean() for one in both]
         ways.append(bent[0])
         places.append(bent[1])
-    if not ways:
-        return Told(math.nan, math.nan)
     way, place = np.concatenate(ways), np.concatenate(places)
     together, power = float(way @ place), float(way @ way)
     alike = together**2 / max(power * float(place @ place), 1e-300)
