@@ -8,7 +8,7 @@ from .effect import Effect, Evidence, Quantity, Start, phase
 from .rigid_form import HUGE, RigidForm, Stem
 from .starts import angular_orders, strongest
 from .term import Left, Term
-from .waves import ORDER, nearest_order, over_turn, parts, wave
+from .waves import ORDER, nearest_order, once_per_turn, over_turn, parts, wave
 
 
 def starts(evidence: Evidence) -> list[Start]:
@@ -41,7 +41,6 @@ EFFECT = Effect(
 )
 
 
-_ONCE = 0.1  # an order this near to 1 is once per turn
 # The least of a motor: the least common multiple of slots and poles (Hanselman, "Brushless
 # permanent magnet motor design", 2003), of three slots and two poles.
 _LOWEST = 6.0
@@ -57,16 +56,8 @@ def term(along: Along, order: float) -> Term:
         (units.level("amplitude"), units.effort),
         effect="cogging_torque",
         key=f"cogging {order:.9g}",
-        alternatives=_once(order, along.turn.name),
+        alternatives=once_per_turn(order, along.turn.name),
     )
-
-
-def _once(order: float, name: str) -> tuple[str, ...]:
-    """What else makes one line per turn: a scale off its centre, a weight off the axis."""
-    if name == "period_m" or abs(order - 1.0) > _ONCE:
-        return ()
-    screw = name == "periods_per_screw_rev"
-    return ("encoder_eccentricity",) if screw else ("encoder_eccentricity", "gravity_on_arm")
 
 
 def _like(along: Along, left: Left, other: Term) -> tuple[float]:

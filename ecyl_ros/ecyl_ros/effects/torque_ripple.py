@@ -10,7 +10,7 @@ from .effect import Effect, Evidence, FloatArray, Quantity, Start, phase
 from .rigid_form import RigidForm, Stem
 from .starts import angular_orders, strongest
 from .term import Term
-from .waves import ORDER, nearest_order, over_turn, parts, wave
+from .waves import ORDER, nearest_order, once_per_turn, over_turn, parts, wave
 
 
 def starts(evidence: Evidence) -> list[Start]:
@@ -57,6 +57,7 @@ def term(along: Along, order: float, effort: FloatArray) -> Term:
         ("fraction", "1"),
         effect="torque_ripple",
         key=f"ripple {order:.9g}",
+        alternatives=once_per_turn(order, along.turn.name),
         follows=True,
         of_effort=False,
         again=lambda explained, values: term(along, order, explained),

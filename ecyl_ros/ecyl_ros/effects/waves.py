@@ -75,6 +75,7 @@ def sine(
 
 # Over the position: an order of the turn.
 
+_ONCE = 0.1  # an order this near to 1 is once per turn
 ORDER = (
     Stem("wave", "wave", 1e-6, 1e6, "periods per turn, or period of a straight output"),
     phase_stem("position 0"),
@@ -98,6 +99,14 @@ def over_turn(along: Along, order: float, stem: str, first: tuple[str, str], **m
         rate=order,
         **more,
     )
+
+
+def once_per_turn(order: float, name: str) -> tuple[str, ...]:
+    """What else makes one line per turn: a scale off its centre, a weight off the axis."""
+    if name == "period_m" or abs(order - 1.0) > _ONCE:
+        return ()
+    screw = name == "periods_per_screw_rev"
+    return ("encoder_eccentricity",) if screw else ("encoder_eccentricity", "gravity_on_arm")
 
 
 def nearest_order(left: Left, other: Term) -> tuple[float]:

@@ -48,7 +48,7 @@ def measured(
         for one in known
         if one.key not in keys and not refined.intersection((one.effect, *one.refines))
     ]
-    beside = shown(balance, along, closest, extra) if named else []
+    beside = shown(balance, along, closest, extra)
     extra += beside
     within, fit = where_inertia_holds(balance, along.machine, [*terms, *extra])
     told = balance.intervals(closest, balance.usable)

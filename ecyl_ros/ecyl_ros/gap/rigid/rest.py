@@ -12,6 +12,7 @@ from .motion import Motion
 
 _SLOW = 0.02  # of the top speed: slower than that, for long and without getting anywhere, is rest
 _PLACE = 2e-3  # of the travel: so far may it creep meanwhile (bristles give way)
+_NOISE = 3.0  # standard deviations of the position's noise, that it may read off on either side
 _LEAST = 2.0  # periods of the bandwidth that it lasts, so that a mere reversal is none
 _REVERSING = 3.0  # times the speed over which the sign of the speed is softened
 _ENOUGH = 0.5  # share of the samples that has to be in motion
@@ -28,7 +29,8 @@ def at_rest(motion: Motion) -> BoolArray:
     around = maximum_filter1d(motion.position, shortest) - minimum_filter1d(
         motion.position, shortest
     )
-    still = (speed < _SLOW * top) & (around <= _PLACE * travel)
+    there = _PLACE * travel + 2.0 * _NOISE * motion.position_noise
+    still = (speed < _SLOW * top) & (around <= there)
     # As far as the windows reach that hold no motion; a mere reversal is shorter.
     slow = binary_dilation(still, np.ones(2 * (shortest // 2) + 1, dtype=bool))
     slow &= speed < _SLOW * top
