@@ -22,6 +22,7 @@ from ...effects.catalogue import CATALOGUE
 from ...errors import InputError
 from ...recording.signals import Recording
 from ..split import held_out_of
+from .d_axis import follows, has_d_loop
 from .first_state import first_state
 from .grid import Grid
 from .pushed import run_pushed
@@ -289,17 +290,14 @@ class Replay:
         return self._grid.on_stamps(self._reference[:-1, :1])[0]
 
     def _shows_no_i_d(self) -> bool:
-        """Whether the drive holds i_d at 0 by a loop of its own.
-
-        The plant's decoupling alone leaves some, for it comes a tick or a delay late. What is
-        recorded of a drive with a loop is none of that: nearer to nothing than to all of it.
-        """
-        recorded = self.recording.current_d_a
-        known = np.isfinite(recorded) & self.usable
-        if not recorded[known].any():
+        """Whether the drive holds i_d at 0 by a loop of its own; see `d_axis`."""
+        if not np.nan_to_num(self.recording.current_d_a).any():
             return True
-        left = self._grid.on_stamps(self.run({}))[_measured("current_d_a")][known]
-        return bool(recorded[known] @ left < 0.5 * (left @ left))
+        looped = has_d_loop(self.recording, self.nominal)
+        if looped is None:
+            left = self._grid.on_stamps(self.run({}))[_measured("current_d_a")]
+            looped = not follows(self.recording.current_d_a, left, self.usable)
+        return looped
 
     def packed(self, effects: Effects, drive: DriveParameters | None = None) -> NDArray[np.void]:
         """The packed record of the drive with `effects` added to those of the drive file.

@@ -1,0 +1,42 @@
+"""Whether a recorded drive holds i_d at 0 by a loop, or leaves what decoupling alone leaves.
+
+The paper's controller has no loop for i_d: its voltage u_d takes away what turns i_q into the
+other axis, a tick or a delay late, and leaves some i_d. Drives have a loop: then i_d is next to
+nothing, whatever the rest of the drive does, and what is read of it is noise.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...drive.parameters import DriveParameters
+from ...recording.signals import FloatArray, Recording
+
+_SHARE = 0.5  # of what a loop would make of the noise of i_d: less in u_d, and there is none
+_ROUNDED = 1e-6  # of u_d: by so much the same product may differ
+
+
+def has_d_loop(recording: Recording, drive: DriveParameters) -> bool | None:
+    """Whether u_d holds more than the decoupling of what was read; None where it is not recorded.
+
+    A loop answers the noise of i_d by its gain, which is taken to be that of the loop of i_q.
+    """
+    voltage, read = recording.voltage_d_v, recording.current_d_a
+    turned = recording.rotor_velocity_rad_per_s * recording.current_q_a
+    known = np.isfinite(voltage) & np.isfinite(turned) & np.isfinite(read)
+    if known.sum() < 3 or not turned[known].any():
+        return None
+    voltage, turned, read = voltage[known], turned[known], read[known]
+    beyond = voltage - (voltage @ turned) / (turned @ turned) * turned
+    noise = float(np.std(np.diff(read, 2))) / math.sqrt(6.0)
+    none = max(_SHARE * drive.controller.current.kp * noise, _ROUNDED * float(np.std(voltage)))
+    return float(np.std(beyond)) > none
+
+
+def follows(read: FloatArray, left: FloatArray, usable: NDArray[np.bool_]) -> bool:
+    """Whether a recorded i_d is nearer to what decoupling leaves, float64[n], than to nothing."""
+    known = np.isfinite(read) & usable
+    return bool(read[known] @ left[known] >= 0.5 * (left[known] @ left[known]))
