@@ -222,9 +222,11 @@ def _partly(diagnosis: Diagnosis) -> str:
             f", most clearly in the {words.signal(worst.name)} "
             f"({q.times(worst.after, worst.floor)} times {_floor(diagnosis, '')})"
         )
+    what = "structure that nothing in the catalogue explains remains"
+    if diagnosis.misfit_after <= _NOISE * diagnosis.misfit_perfect:
+        what = "what remains is about what a perfect model would leave"
     return (
-        f"The gap is partly explained by {_named(diagnosis)}. {_adding(diagnosis)}; structure "
-        f"that nothing in the catalogue explains remains{where}."
+        f"The gap is partly explained by {_named(diagnosis)}. {_adding(diagnosis)}; {what}{where}."
         f"{_sureness(diagnosis)}{_doubts(diagnosis)}"
     )
 
