@@ -67,13 +67,16 @@ def test_one_plain_sentence_says_what_came_out() -> None:
         "Adding it removes all of the gap on held-out data; the residual is measurement noise. "
         "Confidence 0.97."
     )
-    assert sentence(VERDICTS["partly_explained"]).startswith(
+    partly = dataclasses.replace(VERDICTS["partly_explained"], misfit_after=2.0)
+    assert sentence(partly).startswith(
         "The gap is partly explained by Coulomb friction on the rotor of 0.3802 N m (0.3790 to "
         "0.3814) and a wrong backlash of 9.652 mrad (9.640 to 9.660). Adding them removes 77.8 %"
         " of the gap on held-out data; structure that nothing in the catalogue explains remains"
     )
-    closed = dataclasses.replace(VERDICTS["partly_explained"], misfit_after=1.0, misfit_perfect=1.0)
-    assert "what remains is about what a perfect model would leave, most clearly" in sentence(closed)
+    closed = dataclasses.replace(partly, misfit_after=1.0, misfit_perfect=1.0)
+    assert "what remains is about what a perfect model would leave, most clearly" in sentence(
+        closed
+    )
     assert sentence(VERDICTS["no_gap"]).startswith(
         "There is no gap to explain: the nominal model already reaches the measurement noise."
     )

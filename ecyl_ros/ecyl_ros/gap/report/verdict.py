@@ -223,7 +223,7 @@ def _partly(diagnosis: Diagnosis) -> str:
             f"({q.times(worst.after, worst.floor)} times {_floor(diagnosis, '')})"
         )
     what = "structure that nothing in the catalogue explains remains"
-    if diagnosis.misfit_after <= _NOISE * diagnosis.misfit_perfect:
+    if 0.0 < diagnosis.misfit_after <= _NOISE * diagnosis.misfit_perfect:
         what = "what remains is about what a perfect model would leave"
     return (
         f"The gap is partly explained by {_named(diagnosis)}. {_adding(diagnosis)}; {what}{where}."
