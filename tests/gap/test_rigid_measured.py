@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from rigid_machines import ROTARY, Motion, recorded
+from rigid_machines import ROTARY, Motion, motion, recorded
 
 from ecyl_ros.gap.diagnose import diagnose
 from ecyl_ros.gap.diagnosis import Diagnosis, Measured
@@ -78,3 +78,16 @@ def test_friction_and_load_are_measured_beside_what_is_named() -> None:
     ):
         assert found[name].low < true < found[name].high, name
     assert found["relative_torque_error"].value < 0.02
+
+
+def test_a_friction_that_the_file_leaves_out_does_not_bend_the_stated_one() -> None:
+    """Coulomb friction as stated, and viscous friction of which the file has none, below what
+    would be named: measured beside each other, both intervals hold the true values."""
+    m = motion(1.5)
+    level, slope = 0.05, 4e-3
+    machine = dataclasses.replace(ROTARY, inertia=0.02, coulomb=level)
+    effort = 0.02 * m.a + level * np.sign(m.v) + slope * m.v
+    result = diagnose(recorded(m, effort, machine, 0.03, 1e-5), machine)
+    found = _by_name(result)
+    assert found["coulomb_nm"].low < level < found["coulomb_nm"].high
+    assert found["viscous_nm_s_per_rad"].low < slope < found["viscous_nm_s_per_rad"].high

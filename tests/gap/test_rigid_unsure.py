@@ -37,6 +37,17 @@ def test_rest_is_rest() -> None:
     assert at_rest(swinging).mean() < 0.05
 
 
+def test_rest_is_rest_in_the_noise_of_its_sensor() -> None:
+    """By an encoder whose noise, differentiated, is a tenth of the speed, the same rests are
+    found, and no more of the motion counts as rest."""
+    m = _pausing()
+    noise = 3e-4 * np.random.default_rng(5).normal(size=m.q.size)
+    noisy = dataclasses.replace(m, q=m.q + noise)
+    rest = at_rest(motion_of(recorded(noisy, 20.0 * m.a, LINEAR, 0.3, 1e-6), LINEAR, "r"))
+    inside = (m.t % 4.0 > 3.3) & (m.t % 4.0 < 3.7)
+    assert rest[inside].mean() > 0.9 and rest.mean() < 0.45
+
+
 def test_what_friction_holds_at_rest_is_no_gap() -> None:
     """Level 9 N in motion; at rest anything below it: friction of 9 N alone is named."""
     m = _pausing()

@@ -367,14 +367,14 @@ def sheet_of(fitter: Fitter, final: Fit) -> tuple[SheetValue, ...]:
 def _stand_in(one: Inconstancy) -> str:
     sizes = ", ".join(f"{size:g}" for size in one.sizes)
     return (
-        f"{CATALOGUE[one.effect].title} comes near, but would need another size with "
-        f"{one.condition} (times {sizes}): it represents something else"
+        f"{CATALOGUE[one.effect].title} comes near, but its size would have to change with "
+        f"{one.condition} (times {sizes}): the true cause behaves differently"
     )
 
 
 def _coincide(one: Coincidence) -> str:
     *first, last = (CATALOGUE[name].title for name in one.effects)
     return (
-        f"{', '.join(first)} and {last} come near, but all by one factor ({one.factor:.3f}): they "
-        "represent one fault of another kind"
+        f"{', '.join(first)} and {last} come near, but all are off by one factor "
+        f"({one.factor:.3f}): one fault of another kind, such as a wrong unit or scale"
     )

@@ -246,8 +246,8 @@ def time_column(source: TableSource, topic: str, signal_map: SignalMap) -> TimeC
         if found is not None:
             return found
     raise InputError(
-        f"{signal_map.source}: time is missing: no column of {source.path} is called as one of "
-        f"instants; expected time: {{field: NAME, unit: s}} or rate: HZ; found "
+        f"{signal_map.source}: time is missing: no column of {source.path} has a name of "
+        f"time; expected time: {{field: NAME, unit: s}} or rate: HZ; found "
         f"{', '.join(names[:12])}"
     )
 

@@ -112,7 +112,7 @@ def propose(survey: Survey) -> Proposal:
     time = None
     if survey.kind in ("CSV", "MAT"):
         if survey.time is None:
-            remarks.append("no column is called as one of instants: time or rate has to be given")
+            remarks.append("no column has a name of time: time or rate has to be added")
         else:
             time = survey.time
             remarks += survey.time_remarks

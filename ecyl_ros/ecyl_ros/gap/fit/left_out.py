@@ -103,7 +103,7 @@ def costs(drive: DriveParameters, sheet: Sequence[SheetValue]) -> list[str]:
         unit = leaves[key].metadata["unit"]
         how = "it was found from the recording"
         if key not in seen:
-            how = f"{taken[key]:.3g} {unit} took its place, for this recording does not tell it"
+            how = f"{taken[key]:.3g} {unit} was assumed; this recording does not determine it"
         titles = [one.title for one in CATALOGUE.values() if one.constant == key]
         unjudged = f", so that a {titles[0]} cannot be seen" if titles else ""
         notes.append(f"{key} is left out: {how}{unjudged}")

@@ -47,8 +47,8 @@ def without_strained(competition: Competition, fitter: Fitter) -> tuple[Competit
     off = float(winner.pulls[found.row])
     where = f"{fitter.sheet.keys[found.row]} {off:+.1f} tolerances off its data sheet"
     if not winner.names:
-        return competition, [f"the gap would be gone with {where}, and no named cause does as well"]
-    said = f"{' and '.join(winner.names)} would leave {where}: something else is at fault"
+        return competition, [f"only with {where} does the gap close; no effect does as well"]
+    said = f"{' and '.join(winner.names)} would put {where}: not named, something else is at fault"
     return without_effects(competition, fitter, winner.names), [said]
 
 

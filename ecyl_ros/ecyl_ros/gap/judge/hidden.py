@@ -33,7 +33,7 @@ def without_hidden(competition: Competition, fitter: Fitter) -> tuple[Competitio
         return competition, []
     titles = " and ".join(CATALOGUE[one].title for one in rest.names)
     return found, [
-        f"{CATALOGUE[name].title} would fit better, but so little of it that it would not show "
-        f"without {titles}"
+        f"{CATALOGUE[name].title} would improve the fit, but at a size that does not show "
+        f"without {titles}: not named"
         for name in small
     ]

@@ -111,7 +111,7 @@ def undecided(causes: Sequence[Cause]) -> str:
 
 def told_by(alike: Sequence[str], motion: str) -> str:
     """That these effects look alike, and the motion of a recording that would tell them."""
-    return f"{in_words(alike)} look alike in this recording; one with {motion} would tell them"
+    return f"{in_words(alike)} look alike in this recording; one with {motion} would separate them"
 
 
 def in_words(names: Sequence[str]) -> str:

@@ -88,8 +88,8 @@ def judged(
     if lower is not None:
         motion = lower
         said.append(
-            f"less weight above {lower.weight_hz:.3g} Hz: in lower bands the inertia differs, "
-            "as if parts are not rigid, or the position's noise is not white"
+            f"frequencies above {lower.weight_hz:.3g} Hz have less weight: lower bands give "
+            "another inertia, as if parts are not rigid, or the position's noise is not white"
         )
         judgement = competed()
     while more := unbelieved(judgement) - held:

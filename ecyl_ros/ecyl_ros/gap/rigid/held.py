@@ -46,7 +46,7 @@ def off_sheet(judgement: Judgement, effects: set[str]) -> list[str]:
 def said_of(judgement: Judgement, off: list[str]) -> str:
     """The note of constants that were held; off: see `off_sheet`."""
     return (
-        f"the {judgement.motion.effort_name} asks for {' and '.join(off)}, which can be no cause: "
-        "held within the tolerance. The effort hardly goes with the motion of such a "
-        "machine: something that is not recorded moves the output, too, or parts are not rigid"
+        f"the {judgement.motion.effort_name} asks for {' and '.join(off)}, which cannot be a cause "
+        "here and was held within the tolerance: the effort hardly matches the motion. Something "
+        "that is not recorded moves the output, too, or parts are not rigid"
     )

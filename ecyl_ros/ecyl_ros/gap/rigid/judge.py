@@ -218,13 +218,13 @@ class Judgement:
         signal = float(np.sqrt(np.mean(self.balance.effort[self.judged] ** 2)))
         nothing = nothing_shown(self.motion)
         if nothing in self._void.values() and not named:
-            reason = f"{nothing}: a recording in which it drives the motion would do"
+            reason = f"{nothing}: record a motion that it drives"
         flat = self.floor > _FLAT * signal and after <= STRUCTURELESS * self.floor
         if flat:
             reason = (
                 f"what does not repeat, or noise, is {100.0 * self.floor / signal:.0f} % of the "
-                f"{self.motion.effort_name}: a recording with more motion, or load, or with an "
-                "effort of less noise would do"
+                f"{self.motion.effort_name}: record more motion or load, or an effort with "
+                "less noise"
             )
         verdict = verdict_of(
             no_gap=no_gap,
@@ -289,8 +289,8 @@ class Judgement:
         names = (first.effect, *self._alike[first.key])
         if not any(one in RIGID for one in self._alike[first.key]):
             return (
-                f"{in_words(names)} look alike in any motion of a rigid drive; what is known "
-                "beforehand of one of them, in the drive file, would tell them"
+                f"{in_words(names)} look alike in any motion of a rigid drive; one of them stated in "
+                "the drive file would separate them"
             )
         return told_by(
             names,

@@ -71,7 +71,7 @@ class Told(NamedTuple):
         if not self.alike < _ALIKE:
             return ""
         return (
-            "the recorded speed does not go with the position, which is relied on (squared "
+            "the recorded speed does not go with the position, which is used (squared "
             f"correlation of what both travel {self.alike:.2f}): jumps of the one, or another part"
         )
 

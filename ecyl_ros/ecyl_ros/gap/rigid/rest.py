@@ -12,7 +12,8 @@ from .motion import Motion
 
 _SLOW = 0.02  # of the top speed: slower than that, for long and without getting anywhere, is rest
 _PLACE = 2e-3  # of the travel: so far may it creep meanwhile (bristles give way)
-_NOISE = 3.0  # standard deviations of the position's noise, that it may read off on either side
+_SLOWEST = 0.1  # ... and, in noise of the speed, at the most
+_NOISE = 3.0  # standard deviations of noise: what is beyond is motion
 _LEAST = 2.0  # periods of the bandwidth that it lasts, so that a mere reversal is none
 _REVERSING = 3.0  # times the speed over which the sign of the speed is softened
 _ENOUGH = 0.5  # share of the samples that has to be in motion
@@ -30,10 +31,11 @@ def at_rest(motion: Motion) -> BoolArray:
         motion.position, shortest
     )
     there = _PLACE * travel + 2.0 * _NOISE * motion.position_noise
-    still = (speed < _SLOW * top) & (around <= there)
+    slowest = max(_SLOW * top, min(_NOISE * motion.speed_noise, _SLOWEST * top))
+    still = (speed < slowest) & (around <= there)
     # As far as the windows reach that hold no motion; a mere reversal is shorter.
     slow = binary_dilation(still, np.ones(2 * (shortest // 2) + 1, dtype=bool))
-    slow &= speed < _SLOW * top
+    slow &= speed < slowest
     found = np.zeros_like(slow)
     for begin, end in runs_of(slow):
         found[begin:end] = end - begin >= shortest

@@ -43,7 +43,7 @@ def why_not(
     if told is not None and within(told):
         return SHEET
     if _drowns(balance, along, solution, term):
-        return "the model explains too little of the effort to say that it asks for less"
+        return "the model explains too little of the effort to show a smaller value"
     if term.phase.size and _comes_and_goes(balance, solution, term):
         return "it is not there all the time, or not in step"
     rows, own = balance.usable, slice(first, first + term.columns.shape[0])
