@@ -289,8 +289,8 @@ class Judgement:
         names = (first.effect, *self._alike[first.key])
         if not any(one in RIGID for one in self._alike[first.key]):
             return (
-                f"{in_words(names)} look alike in any motion of a rigid drive; one of them stated in "
-                "the drive file would separate them"
+                f"{in_words(names)} look alike in any motion of a rigid drive; one of them stated "
+                "in the drive file would separate them"
             )
         return told_by(
             names,
