@@ -88,6 +88,25 @@ def test_the_controllers_own_equation_holds_for_the_controller_that_it_is(kind) 
     assert other > max(_CONTROLLER, 1.5 * own)
 
 
+def test_noise_in_the_loop_breaks_no_balance() -> None:
+    """A healthy drive whose loops answer the noise of their sensors, ten commands to a sample: each
+    balance is within what that noise makes of it."""
+    drive = exact("bench")
+    sensors = dataclasses.replace(
+        drive.sensors,
+        rotor_position_noise=1e-5,
+        rotor_velocity_noise=2e-3,
+        current_noise=5e-3,
+        rod_position_noise=5e-7,
+        noise_seed=5,
+    )
+    drive = dataclasses.replace(drive, sensors=sensors)
+    reference = make_reference(MOVES, drive, 6.0)
+    run = simulate(drive, lambda index: reference.sample(index / drive.sample_rate), 6.0)
+    ports = by_port(Replay(simulation_recording(run, drive), drive, "recording"))
+    assert max(one.typical_ratio for one in ports) < 2.5
+
+
 def test_without_electrical_signals_nothing_is_ruled_out() -> None:
     """No port checks, no block ruled out."""
     assert set(possible_blocks(())) == set(BLOCKS)

@@ -236,8 +236,11 @@ def _physics(replay: Replay) -> list[PortCheck]:
             )
         left = (balance[0] - balance[1])[replay.usable]
         noise = floors["current_q"]
+        # Of many commands the current follows one is recorded, each with what noise made of it.
+        command = replay.loop_share * replay.proportional_noise_v if replay.noise_in_loop else 0.0
         floor = math.sqrt(
-            (motor.resistance * noise * average) ** 2
+            (command * average) ** 2
+            + (motor.resistance * noise * average) ** 2
             + (motor.inductance * noise * slope) ** 2
             + (motor.back_emf_constant * floors.get("rotor_velocity", 0.0) * average) ** 2
         )
