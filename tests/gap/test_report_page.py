@@ -67,6 +67,12 @@ def test_one_plain_sentence_says_what_came_out() -> None:
         "Adding it removes all of the gap on held-out data; the residual is measurement noise. "
         "Confidence 0.97."
     )
+    own = VERDICTS["explained"]
+    half = own.floor + 0.5 * (own.before - own.floor)
+    assert (
+        "gap on held-out data (50.0 % by constants within the data sheet alone); the"
+        in sentence(dataclasses.replace(own, within_sheet=half))
+    )
     partly = dataclasses.replace(VERDICTS["partly_explained"], misfit_after=2.0)
     assert sentence(partly).startswith(
         "The gap is partly explained by Coulomb friction on the rotor of 0.3802 N m (0.3790 to "

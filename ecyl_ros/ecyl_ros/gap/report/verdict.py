@@ -16,6 +16,7 @@ _NOISE = 1.2  # what is left is called measurement noise up to this multiple of 
 _BUT_FOR = 2.0  # ... but for a signal that is left further above its own
 _TELLING = 1.5  # a condition is worth a word if it holds so many times its share of the time
 _MUCH = 0.3  # ... and this share of the gap
+_BY_SHEET = 0.1  # share of the gap that the sheet's constants remove, from which it is told
 _MORE = 1.1  # times what all that was found leaves: then it is told what that removes
 
 
@@ -169,6 +170,11 @@ def _adding(diagnosis: Diagnosis) -> str:
     if before > diagnosis.misfit_after > _MORE * best > 0.0:
         whole = shrink_of(before, best, before - diagnosis.misfit_perfect)
         text += f", {q.percent(whole)} with what is too unsure to be named"
+    surplus = diagnosis.before - diagnosis.floor
+    if diagnosis.within_sheet is not None and surplus > 0.0:
+        alone = shrink_of(diagnosis.before, diagnosis.within_sheet, surplus)
+        if alone >= _BY_SHEET:
+            text += f" ({q.percent(alone)} by constants within the data sheet alone)"
     return text
 
 
