@@ -317,7 +317,7 @@ def _too_unlike(causes: Sequence[Cause], winner: Fit) -> list[str]:
     if not causes:
         return []
     tried = ", ".join(one.title for one in causes)
-    notes = [f"closest in the catalogue, but fits too badly to be named: {tried}"]
+    notes = [f"closest in the catalogue, not named: {tried}"]
     if settings_alone(winner.names) < 1.0:
         notes.append(
             "together, settings of one controller give nearly any change of its response: one "

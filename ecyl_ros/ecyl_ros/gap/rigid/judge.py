@@ -200,7 +200,7 @@ class Judgement:
                 reason = self._undecided(closest)
         if causes and not named and not settled:
             tried = ", ".join(one.title for one in causes)
-            self.notes.append(f"closest in the catalogue, but too unsure to be named: {tried}")
+            self.notes.append(f"closest in the catalogue, not named: {tried}")
         if named and any(one.over_time for one in contest.order):
             self.notes.append(_SWINGS)
         final = contest.winner if named else contest.nominal
