@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import dataclasses
+import warnings
 
 import numpy as np
 import pytest
-from rigid_machines import LINEAR, motion, recorded
+from rigid_machines import LINEAR, ROTARY, along, motion, recorded
 
 from ecyl_ros.gap.diagnose import diagnose
+from ecyl_ros.gap.diagnosis import VERDICTS
 from ecyl_ros.gap.rigid.band import position_noise
 from ecyl_ros.gap.rigid.motion import motion_of
 from ecyl_ros.gap.rigid.noise import acceleration_noise
@@ -75,3 +77,15 @@ def test_rounding_of_a_slow_encoder_is_no_gap() -> None:
     coarse = dataclasses.replace(LINEAR, coulomb=9.0, position_resolution=2e-3)
     result = diagnose(recorded(M, 20.0 * M.a + 9.0 * S, coarse, 0.05, 2e-3), coarse)
     assert result.verdict in ("no_gap", "within_sheet")
+
+
+def test_an_effort_that_a_set_gives_to_the_last_digit_is_fitted() -> None:
+    """A command that holds, without noise: what is left is rounding, and nothing overflows."""
+    t = np.arange(12_000) / 1000.0
+    m = along(1.0 - np.exp(-t / 0.2))
+    machine = dataclasses.replace(ROTARY, inertia=None, gain=1.0, actuation="voltage")
+    recording = recorded(m, np.where(t < 0.5, 0.0, 0.25), machine, 0.0, 1e-9)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        result = diagnose(recording, machine)
+    assert result.verdict in VERDICTS

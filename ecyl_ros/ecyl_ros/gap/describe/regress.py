@@ -73,7 +73,8 @@ def typical(errors: FloatArray, count: np.ndarray) -> float:
     where no other went, or in which much happened, does not decide.
     """
     used = count > 0
-    logarithms = np.log1p(errors[used] / count[used])
+    # Of normal equations a sum of squares may come out below 0 by rounding.
+    logarithms = np.log1p(np.maximum(errors[used], 0.0) / count[used])
     return float(np.expm1(np.average(logarithms, weights=count[used])))
 
 

@@ -24,6 +24,7 @@ from .solution import Solution
 
 HELD_OUT_EVERY = 3  # one stretch in so many is never fitted
 MOST_STRETCHES = 48  # what is left is correlated over time: more of them say no more
+_ROUNDING = 1e-12  # of the effort
 _LOSS = 5.0  # residuals beyond so many robust standard deviations lose their weight (Cauchy)
 ROUNDS = 6
 # Motion with which rest is left out: at 25 samples a second that say something of their own, four
@@ -141,7 +142,9 @@ class Balance:
         evidence = max(float(rows.sum()) * min(EVIDENCE_PER_S / rate, 1.0), 1.0)
         share = 0.0
         residual = self.target
-        scale = _scale(residual[rows])
+        # What is less than the effort's rounding is no scale for anything.
+        least = max(_ROUNDING * float(np.sqrt(np.mean(self.effort**2))), 1e-300)
+        scale = max(_scale(residual[rows]), least)
         for _ in range(rounds if terms else 0):
             share = scale**2 * max(rate / EVIDENCE_PER_S, 1.0)
             ridge = prior**2 * share
@@ -156,7 +159,7 @@ class Balance:
                 self._noise,
             )
             residual = self.target - columns @ coefficients
-            scale = _scale(residual[rows])
+            scale = max(_scale(residual[rows]), least)
             weights = 1.0 / (1.0 + (residual / (_LOSS * scale)) ** 2)
         return Solution(
             tuple(terms), coefficients, residual, weights, scale, prior, share, evidence
@@ -394,6 +397,6 @@ def stretch_length(duration_s: float) -> float:
 def _scale(residual: FloatArray) -> float:
     """Robust standard deviation about zero."""
     if residual.size == 0:
-        return 1e-300
+        return 0.0
     middle = 1.4826 * float(np.median(np.abs(residual)))
-    return max(middle, 1e-3 * float(np.sqrt(np.mean(residual**2))), 1e-300)
+    return max(middle, 1e-3 * float(np.sqrt(np.mean(residual**2))))

@@ -30,6 +30,7 @@ from .terms import Catalogue
 
 _FINER = 0.8  # a floor below this share of the last one has the effects compete again
 _REFUTED = 0.5  # of the floor: what leaves less on unseen rows shows that it is no floor
+_DIGITS = 1e-6  # of the effort: what logs resolve, whatever was measured
 _ROUNDS = 3  # of competitions, each with the floor and the lag that the last one found
 _SIMPLER = 2  # times that a set may be made simpler
 _TOO_LITTLE = 12  # compared samples per second of use: fewer stretches say nothing
@@ -162,6 +163,11 @@ def _part(tell: Callable[[float], None], number: int) -> Callable[[float], None]
     return lambda share: tell(0.1 + (number + share) * 0.8 / _ROUNDS)
 
 
+def _resolved(balance: Balance) -> float:
+    """RMS below which no log tells efforts from each other."""
+    return _DIGITS * float(np.sqrt(np.mean(balance.effort[balance.usable] ** 2)))
+
+
 def _finer_floor(balance: Balance, catalogue: Catalogue, contest: Contest) -> tuple[float, str]:
     """The floor once a set has won.
 
@@ -174,6 +180,7 @@ def _finer_floor(balance: Balance, catalogue: Catalogue, contest: Contest) -> tu
     rows = moving(judged, balance.motion, catalogue.along)
     looped = catalogue.machine.actuation == "loop"  # a delay cancels noise that went round it
     least = winner.inertia(catalogue.model) * balance.blur.noise if looped else 0.0
+    least = max(least, _resolved(balance))
     left = max(winner.rms(rows), least)
     if left < _REFUTED * finer:
         # Then by the one that leaves least, whether it has won or not: no set is its own floor.
@@ -229,5 +236,5 @@ def _floor(balance: Balance, catalogue: Catalogue, fit: Solution) -> tuple[float
     repeats = repeatability(balance, fit, turns)
     noise = measurement_noise(catalogue, fit)
     if repeats is None or repeats <= noise:
-        return max(noise, 1e-12), "measurement noise"
+        return max(noise, _resolved(balance)), "measurement noise"
     return repeats, "what the same motion does not repeat"
