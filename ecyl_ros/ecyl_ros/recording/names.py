@@ -34,20 +34,8 @@ PLACED = {
 }
 # Words of instants and counters of samples.
 TIMED = {
-    *(
-        "time",
-        "timestamp",
-        "timestep",
-        "stamp",
-        "stamps",
-        "clock",
-        "t",
-        "sec",
-        "nanosec",
-        "seq",
-        "date",
-    ),
-    *("datetime", "utc", "index", "sample"),
+    *("time", "timestamp", "stamp", "stamps", "clock", "t", "sec", "nanosec", "seq", "date"),
+    *("timestep", "datetime", "utc", "index", "sample"),
 }
 
 # Words in names -> what they speak of. Whole words: `pos`, not `composite`.
