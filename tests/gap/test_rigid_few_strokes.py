@@ -56,7 +56,7 @@ def test_no_set_is_its_own_floor(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(rigid, "_floor", lambda *_: (1.0, "what the same motion does not repeat"))
     monkeypatch.setattr(rigid, "white_part", lambda *_: 0.1)
     monkeypatch.setattr(rigid, "moving", lambda *_: rows)
-    balance = SimpleNamespace(judged=rows, usable=rows, motion=None)
+    balance = SimpleNamespace(judged=rows, usable=rows, motion=None, effort=np.ones(4))
     catalogue = SimpleNamespace(machine=LINEAR, along=None)
 
     def left(size: float) -> SimpleNamespace:
