@@ -13,7 +13,7 @@ from ecyl_ros.drive.reference.spec import make_reference
 from ecyl_ros.drive.telemetry import simulation_recording
 from ecyl_ros.effects.effect import BLOCKS
 from ecyl_ros.gap.locate.block import _CONTROLLER, possible_blocks
-from ecyl_ros.gap.locate.locate import by_port
+from ecyl_ros.gap.locate.locate import beside_the_loop, by_port
 from ecyl_ros.gap.replay.replay import Replay
 from ecyl_ros.gap.study.cylinder.cases import Case, record_case
 
@@ -103,7 +103,8 @@ def test_noise_in_the_loop_breaks_no_balance() -> None:
     drive = dataclasses.replace(drive, sensors=sensors)
     reference = make_reference(MOVES, drive, 6.0)
     run = simulate(drive, lambda index: reference.sample(index / drive.sample_rate), 6.0)
-    ports = by_port(Replay(simulation_recording(run, drive), drive, "recording"))
+    replay = Replay(simulation_recording(run, drive), drive, "recording")
+    ports = beside_the_loop(by_port(replay), replay)
     assert max(one.typical_ratio for one in ports) < 2.5
 
 

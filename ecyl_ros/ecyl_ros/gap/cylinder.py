@@ -46,7 +46,15 @@ from .judge.verdict import (
 )
 from .limits.cylinder import limits_of
 from .locate.block import unnamed_block
-from .locate.locate import by_condition, by_frequency, by_port, by_signal, pooled, pooled_ports
+from .locate.locate import (
+    beside_the_loop,
+    by_condition,
+    by_frequency,
+    by_port,
+    by_signal,
+    pooled,
+    pooled_ports,
+)
 from .replay.replay import BoolArray, Replay
 
 
@@ -238,7 +246,7 @@ def assembled(found: Judged, source: str, drive_name: str) -> tuple[Diagnosis, F
         signals=by_signal(replay, nominal, final, noise, held),
         when=by_condition(replay, nominal.gap) if not no_gap else (),
         frequency_hz=by_frequency(replay, nominal.gap) if not no_gap else (),
-        ports=ports,
+        ports=beside_the_loop(ports, as_found.parts[0]),
         causes=tuple(causes) if named else (),
         before=before,
         after=after,

@@ -128,6 +128,22 @@ def by_port(replay: Replay) -> tuple[PortCheck, ...]:
     )
 
 
+def beside_the_loop(ports: Sequence[PortCheck], replay: Replay) -> tuple[PortCheck, ...]:
+    """The checks with the noise that the loop puts into the command in the voltage's floor.
+
+    Of all commands that the current follows between two samples one is recorded, each with what
+    noise made of it. Blocks are told from each other by balances in noise of the sensors alone.
+    """
+    command = replay.loop_share * replay.proportional_noise_v if replay.noise_in_loop else 0.0
+    command /= math.sqrt(Smoother(replay.time_s).points)
+    return tuple(
+        dataclasses.replace(one, floor=math.hypot(one.floor, command))
+        if one.block == "motor_electrical"
+        else one
+        for one in ports
+    )
+
+
 def pooled_ports(checks: Sequence[Sequence[PortCheck]]) -> tuple[PortCheck, ...]:
     """The checks of several recordings of one machine as one each, in RMS."""
     if len(checks) == 1:
@@ -236,11 +252,8 @@ def _physics(replay: Replay) -> list[PortCheck]:
             )
         left = (balance[0] - balance[1])[replay.usable]
         noise = floors["current_q"]
-        # Of many commands the current follows one is recorded, each with what noise made of it.
-        command = replay.loop_share * replay.proportional_noise_v if replay.noise_in_loop else 0.0
         floor = math.sqrt(
-            (command * average) ** 2
-            + (motor.resistance * noise * average) ** 2
+            (motor.resistance * noise * average) ** 2
             + (motor.inductance * noise * slope) ** 2
             + (motor.back_emf_constant * floors.get("rotor_velocity", 0.0) * average) ** 2
         )

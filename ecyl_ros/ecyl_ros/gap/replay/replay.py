@@ -99,6 +99,8 @@ class Replay:
         InputError: no reference to replay, no signal to compare with, or too little of either.
     """
 
+    _holds_i_d = False  # by a loop of its own, so that the axes do not couple
+
     def __init__(self, recording: Recording, drive: DriveParameters, source: str) -> None:
         self.source = source
         self._tally, self._counting = [0, 0], threading.Lock()
@@ -133,7 +135,6 @@ class Replay:
         self.loop_share = 1.0
         self._shaking: tuple[DriveParameters, FloatArray] | None = None
         self._find_start()
-        self._holds_i_d = False
         self._holds_i_d = self._shows_no_i_d()
         self.floor = self._settle_floor(stated)
         self.healthy = self.healthy_with({})
