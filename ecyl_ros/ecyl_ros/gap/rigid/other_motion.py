@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 from typing import NamedTuple
 
 import numpy as np
-from scipy.signal import detrend
+from numpy.typing import NDArray
 
 from ...drive.rigid.machine import Machine
 from ...recording.map import in_map
@@ -101,34 +100,51 @@ def told_beside(
         for begin, end in runs_of(usable).tolist()
         if end - begin >= _SHORTEST and np.isfinite(recorded[begin:end]).all()
     ]
-    longest = max((end - begin for begin, end in runs), default=0)
     found = Told(math.nan, math.nan)
+    if not runs:
+        return found
+    rows = np.concatenate([np.arange(begin, end) for begin, end in runs])
+    sizes = np.array([end - begin for begin, end in runs])
+    way, place = np.cumsum(recorded[rows]) / rate_hz, position[rows]
+    longest = int(sizes.max())
     while longest >= _SHORTEST:
-        told = _told(recorded, position, [one for run in runs for one in _cut(*run, longest)])
+        told = _told(way, place, _cut(sizes, longest))
         if not found.alike >= told.alike:
             found = told
         longest //= 2
-    return found._replace(times=found.times / rate_hz)
+    return found
 
 
-def _cut(begin: int, end: int, longest: int) -> list[tuple[int, int]]:
-    """A stretch in as few equal parts as are no longer than `longest`."""
-    edges = np.linspace(begin, end, math.ceil((end - begin) / longest) + 1).astype(int).tolist()
-    return list(itertools.pairwise(edges))
+def _cut(sizes: NDArray[np.int64], longest: int) -> NDArray[np.int64]:
+    """Where stretches of `sizes` in a row begin, int64, each in as few equal parts as are no longer
+    than `longest`."""
+    ends = np.cumsum(sizes).tolist()
+    parts = [
+        np.linspace(end - size, end, math.ceil(size / longest) + 1)[:-1]
+        for size, end in zip(sizes.tolist(), ends, strict=True)
+    ]
+    return np.concatenate(parts).astype(np.int64)
 
 
-def _told(recorded: FloatArray, position: FloatArray, stretches: list[tuple[int, int]]) -> Told:
-    """The same of given stretches; times: as if the samples were 1 s apart."""
-    ways, places = [], []
-    for begin, end in stretches:
-        place = position[begin:end]
-        both = [np.cumsum(recorded[begin:end]), place]
-        bent = [detrend(one) for one in both]
-        if np.std(bent[1]) < _STRAIGHT * np.std(place):  # one way at one speed: that is the line
-            bent = [one - one.mean() for one in both]
-        ways.append(bent[0])
-        places.append(bent[1])
-    way, place = np.concatenate(ways), np.concatenate(places)
+def _told(way: FloatArray, place: FloatArray, begins: NDArray[np.int64]) -> Told:
+    """The same of an integrated speed and a position in stretches that begin so."""
+    sizes = np.diff(np.append(begins, way.size))
+
+    def in_each(values: FloatArray) -> FloatArray:
+        """Sums over each stretch."""
+        return np.add.reduceat(values, begins)
+
+    def level(values: FloatArray) -> FloatArray:
+        """Less the mean of each stretch."""
+        return values - np.repeat(in_each(values) / sizes, sizes)
+
+    time = level(np.arange(way.size, dtype=np.float64))
+    flat = np.stack([level(way), level(place)])
+    slopes = np.stack([in_each(time * one) for one in flat]) / in_each(time**2)
+    bent = flat - np.repeat(slopes, sizes, axis=1) * time
+    # One way at one speed: that is the line.
+    line = in_each(bent[1] ** 2) < _STRAIGHT**2 * in_each(flat[1] ** 2)
+    way, place = np.where(np.repeat(line, sizes), flat, bent)
     together, power = float(way @ place), float(way @ way)
     alike = together**2 / max(power * float(place @ place), 1e-300)
     # By the way, which is the less noisy of the two.
