@@ -13,7 +13,8 @@ def run_pushed(
     """`run_ticks` from tick 0 with torque on rotor and load; arguments as there.
 
     torque: float64[m, 2] at the reference's samples, N m, straight lines between them. slopes:
-    1 / inertia of rotor and load. What a tick's torque does to the speeds is added at its end.
+    1 / inertia of rotor and load. What a tick's torque does to speeds and angles is added at its
+    end, as to a body that is free: an error of second order in the tick.
     """
     tick_s = params[0].tick
     for tick in range(ticks):
@@ -22,4 +23,6 @@ def run_pushed(
         share = (tick - index * every + 0.5) / every
         for side in range(2):
             now = (1.0 - share) * torque[index, side] + share * torque[index + 1, side]
-            plant[1 + 2 * side] += now * slopes[side] * tick_s
+            gained = now * slopes[side] * tick_s
+            plant[2 * side] += 0.5 * gained * tick_s
+            plant[2 * side + 1] += gained

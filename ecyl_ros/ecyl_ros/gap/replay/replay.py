@@ -25,6 +25,7 @@ from ..split import held_out_of
 from .d_axis import follows, has_d_loop
 from .first_state import first_state
 from .grid import Grid
+from .injected import injected
 from .pushed import run_pushed
 from .screen import screen
 from .sensor_noise import declared_noise, roughness, silent, with_steps
@@ -116,12 +117,9 @@ class Replay:
         missing = [one.name for one in SIGNALS if one not in self.signals]
         if missing:
             self.notes.append(f"not recorded, so not judged: {', '.join(missing)}")
-        for name in ("injected_force_n", "injected_torque_nm"):
-            if recording.has(name):
-                self.notes.append(
-                    f"{name} was recorded, but a full cylinder is replayed without it: what it "
-                    "does counts as a gap"
-                )
+        self._injected = injected(recording, drive)
+        if self._injected is not None:
+            self.notes.append("the recorded injected force or torque acts in the replay, too")
         self.recorded = np.array([recording.signal(one.recorded) for one in self.signals])
         stated = declared_noise(drive)
         # Voltage noise that the cascade makes of noise in what it measures.
@@ -323,7 +321,8 @@ class Replay:
     ) -> FloatArray:
         """All the engine's columns at the grid of the replay, float64[grid, COLUMNS].
 
-        torque: float64[2, n] at the recording's stamps, N m from outside on rotor and load.
+        torque: float64[2, n] at the recording's stamps, N m from outside on rotor and load, beside
+        what was injected.
         """
         params = self.packed(effects, drive)
         cascade = initial_cascade_state(params)
@@ -344,11 +343,15 @@ class Replay:
             samples,
             np.zeros(len(MEASURED)),
         )
-        if torque is None:
+        pushes = [] if torque is None else [(self.time_s, torque)]
+        pushes += [] if self._injected is None else [self._injected]
+        if not pushes:
             run_ticks(0, ticks, *run)
         else:
             grid = self._grid.instants()
-            pushed = np.column_stack([np.interp(grid, self.time_s, one) for one in torque])
+            pushed = np.zeros((len(grid), 2))
+            for at, pair in pushes:
+                pushed += np.column_stack([np.interp(grid, at, one) for one in pair])
             slopes = np.array([params[0]["per_rotor_inertia"], params[0]["per_load_inertia"]])
             run_pushed(ticks, *run, pushed, slopes)
         return samples
