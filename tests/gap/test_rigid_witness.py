@@ -11,8 +11,9 @@ from rigid_machines import ROTARY, motion, recorded
 from ecyl_ros.gap.diagnose import diagnose
 from ecyl_ros.gap.diagnosis import SignalGap
 from ecyl_ros.gap.rigid import assemble
-from ecyl_ros.gap.rigid.judge import Judgement, Ruling
+from ecyl_ros.gap.rigid.judge import Judgement
 from ecyl_ros.gap.rigid.replay import Replay
+from ecyl_ros.gap.rigid.ruling import Ruling
 
 
 def _light(share: float):

@@ -16,12 +16,13 @@ from ..diagnosis import Candidate, Cause, Diagnosis, FittedParameter, FloatArray
 from ..judge.verdict import ranked
 from ..limits.rigid import rigid_limits
 from .closest import closest
-from .judge import Judgement, Ruling
+from .judge import Judgement
 from .left_out import costs
 from .locate import by_condition, by_frequency, by_port
 from .measured import measured
 from .other_motion import unused_motion
 from .replay import Replay, replay
+from .ruling import Ruling
 from .runaway import ran_away, without_runaways
 from .sheet import sheet_values
 from .witness import borne_out, heard, refuted

@@ -5,7 +5,6 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -33,6 +32,7 @@ from .detached import nothing_shown, shows_nothing
 from .noise import measurement_noise
 from .null import Null
 from .rest import moving
+from .ruling import Ruling
 from .solution import Solution
 from .void import SHEET, SILENT, why_not
 
@@ -44,36 +44,6 @@ _SWINGS = (
     "recording while the others rest would tell"
 )
 _FLAT = 0.7  # share of the signal that its floor may have: half of the power is unknown beyond
-
-
-@dataclass(frozen=True, eq=False)
-class Ruling:
-    """What a judgement comes to.
-
-    Attributes:
-        verdict: one of `VERDICTS`. causes: one per term of the contest, empty unless named.
-        base, final: fits of what the file knows, and of what is named with it.
-        before, after, best: RMS of what is left on held-out stretches by `base`, by `final`, and by
-            the closest set, named or not. shrink: share of what stands above the floor.
-        margin: the best rival's RMS over the closest set's. reason: of `not_judgeable`, what
-            recording would do.
-    """
-
-    verdict: str
-    causes: tuple[Cause, ...]
-    base: Solution
-    final: Solution
-    before: float
-    after: float
-    best: float
-    shrink: float
-    margin: float
-    reason: str = ""
-
-    @property
-    def named(self) -> bool:
-        """Whether causes are named."""
-        return bool(self.causes)
 
 
 class Judgement:

@@ -25,8 +25,9 @@ from ..diagnosis import FloatArray, Measured, SignalGap
 from ..report import quantities as q
 from .balance import Balance
 from .closest import closest
-from .judge import Judgement, Ruling
+from .judge import Judgement
 from .noise import effort_noise
+from .ruling import Ruling
 
 _SHORTEST_S = 0.1  # of a piece that runs through
 _FEWEST = 16  # samples of a piece that is restarted, at the least

@@ -13,8 +13,8 @@ from collections.abc import Sequence
 from ...drive.rigid.model import Model
 from ...effects.term import Term
 from ..judge.verdict import STRUCTURELESS, in_words
-from .judge import Ruling
 from .replay import Replay
+from .ruling import Ruling
 
 _FAR = 2.0  # times the gap that a signal has with the causes: as much again refutes them
 

@@ -26,8 +26,9 @@ from ..judge.verdict import shrink_of
 from ..rigid.assemble import assembled
 from ..rigid.diagnose import check_motion, inertia_of, judged
 from ..rigid.joined import Joined, in_own_noise, joined, motions_of
-from ..rigid.judge import Judgement, Ruling
+from ..rigid.judge import Judgement
 from ..rigid.rest import moving
+from ..rigid.ruling import Ruling
 from ..rigid.sets import Sets
 from ..rigid.sheet import sheet_value
 from ..rigid.solution import Solution
