@@ -1,9 +1,14 @@
 """Lines over an angle: the kernel that turns sines step by step against plain least squares."""
 
+import math
+
 import numpy as np
 import pytest
 
 from ecyl_ros.effects.lines import explained
+from ecyl_ros.effects.passed import Passed
+from ecyl_ros.effects.starts import angular_orders, strongest
+from ecyl_ros.gap.replay.evidence import Smoother
 
 
 @pytest.mark.parametrize("rates", [np.arange(1.0, 20.0, 0.05), np.array([1.0, 7.0, 7.5, 24.0])])
@@ -31,3 +36,20 @@ def test_no_rates_no_lines():
     """Nothing asked for, nothing found."""
     ones = np.ones(60)
     assert explained(ones, ones, ones, np.zeros((60, 0)), np.array([])).shape == (0, 3)
+
+
+def test_a_line_that_the_filter_cuts_in_fast_motion_keeps_its_order_and_size() -> None:
+    """12 periods a turn up to 350 Hz, behind the filter of the evidence at 500 Hz: with what that
+    leaves at each speed the order and 97 % of the size are found, without it neither."""
+    time = np.arange(6000) / 500.0
+    rate = 2.0 * math.pi * 0.8
+    angle, speed = -183.0 / rate * np.cos(rate * time), 183.0 * np.sin(rate * time)
+    smooth = Smoother(time)
+    signal = smooth(0.1 * np.sin(12.0 * angle + 0.4))
+    orders, every = angular_orders(angle, 96.0), np.ones_like(angle)
+    passed = Passed(speed, smooth.step, smooth.response)
+    ((order, size, _), *_) = strongest(signal, angle, orders, 1, every, passed=passed)
+    assert order == pytest.approx(12.0, abs=0.02)
+    assert size == pytest.approx(0.1, rel=0.03)
+    ((order, *_), *_) = strongest(signal, angle, orders, 1, every)
+    assert abs(order - 12.0) > 1.0

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from types import SimpleNamespace
+from typing import cast
 
 import numpy as np
 import pytest
@@ -12,7 +14,9 @@ from sheets import exact
 from ecyl_ros.drive.engine import simulate
 from ecyl_ros.drive.telemetry import simulation_recording
 from ecyl_ros.drive.tolerances import with_constants
+from ecyl_ros.gap.compete.earn import excused
 from ecyl_ros.gap.diagnose import diagnose
+from ecyl_ros.gap.fit.fit import Fit, Fitter
 from ecyl_ros.gap.replay.hidden import Hidden
 from ecyl_ros.gap.replay.replay import Replay
 from ecyl_ros.recording.signals import Recording
@@ -99,6 +103,22 @@ def test_a_delay_that_rings_is_named_alone_on_a_sound_machine() -> None:
     assert [one.effect for one in result.causes] == ["actuation_delay"]
     assert result.causes[0].parameters[0].value == pytest.approx(1.5e-4, rel=0.02)
     assert result.causes[0].confidence > 0.9
+
+
+def test_what_is_left_is_excused_by_a_loop_that_amplifies_not_by_its_noise_alone() -> None:
+    """Of what stands above a sound machine with the effects most has to be gone, and something
+    has to stand above it."""
+
+    def is_excused(before: float, left: float, sound: float) -> bool:
+        fitter = SimpleNamespace(nominal=SimpleNamespace(judged=before**2))
+        return excused(cast(Fitter, fitter), cast(Fit, SimpleNamespace(judged=left**2)), sound)
+
+    assert is_excused(before=3.1, left=2.4, sound=2.65)
+    assert not is_excused(before=3.1, left=2.95, sound=2.65)  # near, and hardly anything is gone
+    assert not is_excused(
+        before=6.0, left=3.2, sound=2.65
+    )  # more is left than noise
+    assert not is_excused(before=2.6, left=2.4, sound=2.65)  # its noise is as large as the gap
 
 
 def test_a_late_signal_is_found_beside_a_softer_shaft_that_hides_it() -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from ..drive.compiled import kernel
 from .along import Along
 from .effect import Effect, Evidence, Quantity, Start, phase
@@ -14,8 +16,9 @@ from .waves import ORDER, nearest_order, once_per_turn, over_turn, parts, wave
 def starts(evidence: Evidence) -> list[Start]:
     """The strongest lines of the unexplained torque over the rotor angle."""
     angle = evidence.rotor_angle_rad
+    orders, every = angular_orders(angle, 96.0), np.ones_like(angle)
     lines = strongest(
-        evidence.torque_nm, angle, angular_orders(angle, 96.0), 4, evidence.time_s * 0.0 + 1.0
+        evidence.torque_nm, angle, orders, 4, every, passed=evidence.torque_over_angle
     )
     return [
         {"amplitude_nm": height, "periods_per_rev": order, "phase_rad": shift}

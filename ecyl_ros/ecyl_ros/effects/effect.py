@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..drive.parameters import DriveParameters
+from .passed import Passed
 
 FloatArray = NDArray[np.float64]
 
@@ -83,6 +84,10 @@ class Evidence(Protocol):
 
         NaN where the flanks are apart.
         """
+
+    @property
+    def torque_over_angle(self) -> Passed:
+        """What the filter of `torque_nm` leaves of a line over the rotor angle."""
 
     @property
     def current_error_a(self) -> FloatArray:

@@ -8,21 +8,30 @@ import numpy as np
 
 from ..drive.compiled import allocating
 from .effect import FloatArray
+from .passed import Passed
 
 _SAME = 1e-11  # relative: steps of evenly spaced rates differ by rounding
 _EXACT = 64  # rates from one exact sine to the next; between them it is turned step by step
 
 
 def explained(
-    y: FloatArray, x: FloatArray, g: FloatArray, base: FloatArray, rates: FloatArray
+    y: FloatArray,
+    x: FloatArray,
+    g: FloatArray,
+    base: FloatArray,
+    rates: FloatArray,
+    passed: Passed | None = None,
 ) -> FloatArray:
     """float64[rates, 3]: variance explained, size and phase of a line g x A sin(rate x + phase).
 
     y: signal, without what is along `base`; x: angle, g: gain, all float64[n]; base: float64[n, k],
-    orthonormal, taken out of the lines too.
+    orthonormal, taken out of the lines too. passed: what the signal's filter leaves of the lines.
     """
     sums = np.zeros((len(rates), 5))
-    _inner_products(*(np.ascontiguousarray(one) for one in (y, x, g, base.T, rates)), sums)
+    through = passed or Passed(np.zeros(len(x)), 0.0, np.ones(2))
+    given = (y, x, g, base.T, rates, through.speed, through.response)
+    per_speed = through.step_s / math.pi * (len(through.response) - 1)
+    _inner_products(*(np.ascontiguousarray(one) for one in given), per_speed, sums)
     ss, cc, sc, sy, cy = sums.T
     determinant = np.maximum(ss * cc - sc**2, 1e-9 * (ss + cc) ** 2 + 1e-300)
     sine, cosine = (sy * cc - cy * sc) / determinant, (cy * ss - sy * sc) / determinant
@@ -34,12 +43,13 @@ def explained(
 
 
 @allocating
-def _inner_products(y, x, g, base, rates, sums):
+def _inner_products(y, x, g, base, rates, speed, response, per_speed, sums):
     """Fill `sums`, float64[rates, 5]: of sine and cosine with themselves, each other and `y`.
 
-    base: float64[k, n], taken out of both.
+    base: float64[k, n], taken out of both. per_speed: places in `response` per rate and speed.
     """
-    count, directions = len(x), base.shape[0]
+    count, directions, last = len(x), base.shape[0], len(response) - 1
+    left = np.empty(count)
     sine, cosine = np.empty(count), np.empty(count)
     step_sine, step_cosine = np.empty(count), np.empty(count)
     along = np.empty((2, directions))
@@ -62,7 +72,14 @@ def _inner_products(y, x, g, base, rates, sums):
                 sine[i] = turned
         ss, cc, sc, sy, cy = 0.0, 0.0, 0.0, 0.0, 0.0
         for i in range(count):
-            s, c = g[i] * sine[i], g[i] * cosine[i]
+            place = abs(rates[row] * speed[i]) * per_speed
+            if place < last:
+                below = int(place)
+                share = place - below
+                left[i] = g[i] * ((1.0 - share) * response[below] + share * response[below + 1])
+            else:
+                left[i] = 0.0
+            s, c = left[i] * sine[i], left[i] * cosine[i]
             ss += s * s
             cc += c * c
             sc += s * c
@@ -72,8 +89,8 @@ def _inner_products(y, x, g, base, rates, sums):
             along[0, k] = 0.0
             along[1, k] = 0.0
             for i in range(count):
-                along[0, k] += g[i] * sine[i] * base[k, i]
-                along[1, k] += g[i] * cosine[i] * base[k, i]
+                along[0, k] += left[i] * sine[i] * base[k, i]
+                along[1, k] += left[i] * cosine[i] * base[k, i]
             ss -= along[0, k] * along[0, k]
             cc -= along[1, k] * along[1, k]
             sc -= along[0, k] * along[1, k]

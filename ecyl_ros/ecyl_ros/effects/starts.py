@@ -8,6 +8,7 @@ import numpy as np
 
 from .effect import Evidence, FloatArray, Start
 from .lines import explained
+from .passed import Passed
 
 _FINER = 25  # steps between a candidate and its neighbour when a line is placed
 
@@ -70,6 +71,7 @@ def strongest(
     count: int,
     gain: FloatArray,
     at: Sequence[float] = (),
+    passed: Passed | None = None,
 ) -> list[tuple[float, float, float]]:
     """The `count` best lines gain x A sin(candidate x angle + phase) in `signal`.
 
@@ -78,14 +80,17 @@ def strongest(
     which over a short way are no maxima beside a slope.
     """
     rows = np.isfinite(signal) & np.isfinite(angle) & np.isfinite(gain)
+    if passed is not None:
+        rows &= np.isfinite(passed.speed)
     if rows.sum() < 50:
         return []
     y, x, g = signal[rows], angle[rows], gain[rows]
     stride = max(1, len(y) // 4000)
     y, x, g = y[::stride], x[::stride], g[::stride]
+    seen = passed and passed.at(rows).at(slice(None, None, stride))
     base, *_ = np.linalg.qr(np.column_stack([np.ones_like(x), x]))
     y = y - base @ (base.T @ y)
-    found = explained(y, x, g, base, candidates)
+    found = explained(y, x, g, base, candidates, seen)
     score = found[:, 0]
     peaks = [
         row
@@ -98,11 +103,11 @@ def strongest(
     for row in peaks[:count]:
         # The candidates are as far apart as the record resolves; its noise lets more be told.
         near = candidates[row] + step * np.linspace(-1.0, 1.0, 2 * _FINER + 1)
-        around = explained(y, x, g, base, near)
+        around = explained(y, x, g, base, near, seen)
         best = int(np.argmax(around[:, 0]))
         lines.append((float(near[best]), float(around[best, 1]), float(around[best, 2])))
     for one, (_, size, shift) in zip(
-        at, explained(y, x, g, base, np.array(at, dtype=float)).tolist(), strict=True
+        at, explained(y, x, g, base, np.array(at, dtype=float), seen).tolist(), strict=True
     ):
         if all(abs(one - line) > step for line, _, _ in lines):
             lines.append((one, size, shift))

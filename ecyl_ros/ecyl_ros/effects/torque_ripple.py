@@ -17,7 +17,14 @@ def starts(evidence: Evidence) -> list[Start]:
     """The strongest lines of the unexplained torque, as shares of the motor's torque."""
     angle = evidence.rotor_angle_rad
     motor_torque = evidence.drive.motor.torque_constant * evidence.current_a
-    lines = strongest(evidence.torque_nm, angle, angular_orders(angle, 96.0), 4, motor_torque)
+    lines = strongest(
+        evidence.torque_nm,
+        angle,
+        angular_orders(angle, 96.0),
+        4,
+        motor_torque,
+        passed=evidence.torque_over_angle,
+    )
     return [
         {"fraction": min(share, 1.0), "periods_per_rev": order, "phase_rad": shift}
         for order, share, shift in lines

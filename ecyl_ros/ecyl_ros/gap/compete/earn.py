@@ -7,18 +7,28 @@ from ..fit.robust import misfit
 from .strain import most_strained
 
 AT_FLOOR = 1.14  # times a perfect model's misfit: a model this close needs no further effect
-EXCUSED = 0.75  # of the gap must be gone before noise round the loop may excuse the rest
+EXCUSED = 0.75  # of what can be gone must be, before noise round the loop may excuse the rest
 WORTH = 0.6  # a further effect must bring the square of the misfit's surplus below this share ...
 LEAST = 0.04  # ... and lower the square itself by this
 
 
 def at_noise(fitter: Fitter, fit: Fit) -> bool:
     """Whether noise and a sound sheet account for what the fit leaves: no effect is needed."""
-    left = misfit(fit.judged)
-    near = left <= AT_FLOOR * fitter.perfect or (
-        gone(fitter, fit) >= EXCUSED and left <= AT_FLOOR * fitter.perfect_with(fit.values)
+    near = misfit(fit.judged) <= AT_FLOOR * fitter.perfect or excused(
+        fitter, fit, fitter.perfect_with(fit.values)
     )
     return near and most_strained(fit, fitter) is None
+
+
+def excused(fitter: Fitter, fit: Fit, sound: float) -> bool:
+    """Whether a machine with a fit's effects that is sound otherwise leaves as much as the fit.
+
+    sound: robust misfit of such a machine. The fit has to remove most of what stands above it, and
+    something has to: effects that let noise through are no excuse by that alone.
+    """
+    above = fitter.nominal.judged - sound**2
+    removed = fitter.nominal.judged - fit.judged
+    return misfit(fit.judged) <= AT_FLOOR * sound and removed >= EXCUSED * above > 0.0
 
 
 def surely_at_noise(fitter: Fitter, fit: Fit) -> bool:

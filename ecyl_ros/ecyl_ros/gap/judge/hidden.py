@@ -9,9 +9,8 @@ from __future__ import annotations
 
 from ...effects.catalogue import CATALOGUE
 from ..compete.compete import Competition
-from ..compete.earn import AT_FLOOR, EXCUSED, gone
+from ..compete.earn import excused
 from ..fit.fit import Fitter
-from ..fit.robust import misfit
 from .constancy import without_effects
 
 
@@ -28,8 +27,7 @@ def without_hidden(competition: Competition, fitter: Fitter) -> tuple[Competitio
         return competition, []
     found = without_effects(competition, fitter, small)
     rest = found.winner
-    excused = misfit(rest.left) <= AT_FLOOR * fitter.sound_with(rest)
-    if not rest.names or not excused or gone(fitter, rest) < EXCUSED:
+    if not rest.names or not excused(fitter, rest, fitter.sound_with(rest)):
         return competition, []
     titles = " and ".join(CATALOGUE[one].title for one in rest.names)
     return found, [

@@ -10,14 +10,16 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.signal import savgol_filter
+from scipy.signal import freqz, savgol_coeffs, savgol_filter
 
 from ...drive.engine import LOAD
 from ...drive.parameters import DriveParameters
+from ...effects.passed import Passed
 from .replay import SIGNALS, BoolArray, Effects, FloatArray, Replay
 
 _WINDOW_S = 0.02
 _ORDER = 2
+_FREQUENCIES = 257
 
 
 @dataclass(frozen=True)
@@ -31,6 +33,7 @@ class ReplayEvidence:
     current_a: FloatArray
     voltage_v: FloatArray
     torque_nm: FloatArray
+    torque_over_angle: Passed
     current_error_a: FloatArray
     rotor_speed_error_rad_s: FloatArray
     rod_error_rad: FloatArray
@@ -54,6 +57,14 @@ class Smoother:
             filled, self.points, _ORDER, deriv=derivative, delta=self.step
         )
         return smooth
+
+    @property
+    def response(self) -> FloatArray:
+        """Share of a sine's value that is left, float64[m], from 0 Hz to half the sampling rate."""
+        return np.asarray(
+            freqz(savgol_coeffs(self.points, _ORDER), worN=_FREQUENCIES, include_nyquist=True)[1]
+            * np.exp(0.5j * (self.points - 1) * np.linspace(0.0, np.pi, _FREQUENCIES))
+        ).real
 
 
 def _balance(
@@ -139,6 +150,7 @@ def gather(replay: Replay, effects: Effects) -> ReplayEvidence:
         recorded["current_q"],
         recorded["voltage_q"],
         torque,
+        Passed(smooth(speed), smooth.step, smooth.response),
         np.where(replay.usable, recorded["current_q"] - simulated["current_q"], np.nan),
         np.where(replay.usable, speed - simulated["rotor_velocity"], np.nan),
         rod,
