@@ -115,9 +115,7 @@ def test_what_is_left_is_excused_by_a_loop_that_amplifies_not_by_its_noise_alone
 
     assert is_excused(before=3.1, left=2.4, sound=2.65)
     assert not is_excused(before=3.1, left=2.95, sound=2.65)  # near, and hardly anything is gone
-    assert not is_excused(
-        before=6.0, left=3.2, sound=2.65
-    )  # more is left than noise
+    assert not is_excused(before=6.0, left=3.2, sound=2.65)  # more is left than noise
     assert not is_excused(before=2.6, left=2.4, sound=2.65)  # its noise is as large as the gap
 
 
