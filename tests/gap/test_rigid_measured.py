@@ -91,3 +91,21 @@ def test_a_friction_that_the_file_leaves_out_does_not_bend_the_stated_one() -> N
     found = _by_name(result)
     assert found["coulomb_nm"].low < level < found["coulomb_nm"].high
     assert found["viscous_nm_s_per_rad"].low < slope < found["viscous_nm_s_per_rad"].high
+
+
+def test_beside_a_wrong_gain_the_stated_constants_are_not_measured_too() -> None:
+    """Half the stated gain, told by inertia and friction of the file: it is named, and values that
+    only it together with them could give are not told; friction that is new is, in N m."""
+    m = motion(1.5)
+    machine = dataclasses.replace(ROTARY, gain=2.0, inertia=0.02, viscous=0.01)
+    torque = 0.02 * m.a + 0.01 * m.v + 0.08 * np.sign(m.v)
+    result = diagnose(recorded(m, torque, machine, 0.01, 1e-5), machine)
+    assert [one.effect for one in result.causes] == [
+        "rotor_coulomb_friction",
+        "torque_constant_error",
+    ]
+    found = _by_name(result)
+    assert set(found) == {"coulomb_nm", "torque_constant_nm_per_a", "relative_torque_error"}
+    assert found["coulomb_nm"].low < 0.08 < found["coulomb_nm"].high
+    gain = found["torque_constant_nm_per_a"]
+    assert gain.low < 1.0 < gain.high

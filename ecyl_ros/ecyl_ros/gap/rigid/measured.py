@@ -32,17 +32,12 @@ def measured(
     kind, a load. Where nothing comes beside them, causes are measured as they are named. floor:
     standard deviation of what cannot be explained; what is left beyond it widens the intervals.
     """
-    model = along.model
     terms = list(closest.free)
     keys = {one.key for one in terms}
     refined = {name for one in terms for name in one.refines} | {one.effect for one in terms}
-    known = [] if _exact(along, inertia.term(along)) else [inertia.term(along)]
-    friction = any(model.coulomb) and along.both_ways
-    if friction and model.coulomb + model.viscous != model.coulomb[::-1] + model.viscous[::-1]:
-        known.append(by_direction.term(along))
-    else:
-        known += [viscous.term(along)] if any(model.viscous) else []
-        known += [coulomb.term(along)] if friction else []
+    # A wrong gain is told by what the file's constants ask: beside it they cannot be measured, too.
+    relative = "gain" in keys and not along.motion.injected.any()
+    known = [] if relative else _stated(along)
     extra = [
         one
         for one in known
@@ -73,6 +68,17 @@ def measured(
     rows = balance.usable
     rest = with_more(balance, closest, beside).residual[rows]
     return (*totals, relative_error(balance, rest, rows))
+
+
+def _stated(along: Along) -> list[Term]:
+    """Terms of the inertia and the friction that the file states."""
+    model = along.model
+    known = [] if _exact(along, inertia.term(along)) else [inertia.term(along)]
+    friction = any(model.coulomb) and along.both_ways
+    if friction and model.coulomb + model.viscous != model.coulomb[::-1] + model.viscous[::-1]:
+        return [*known, by_direction.term(along)]
+    known += [viscous.term(along)] if any(model.viscous) else []
+    return [*known, *([coulomb.term(along)] if friction else [])]
 
 
 def _exact(along: Along, term: Term) -> bool:
