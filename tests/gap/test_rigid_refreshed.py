@@ -33,10 +33,10 @@ def test_rows_with_a_new_effort_are_found() -> None:
     assert found is not None and set(np.diff(found)) == {7, 8}
 
 
-@pytest.mark.parametrize("kind", ["fresh", "coarse", "at rest", "by two", "relay"])
+@pytest.mark.parametrize("kind", ["fresh", "coarse", "at rest", "creeping", "by two", "relay"])
 def test_an_effort_that_waits_for_a_step_or_a_motion_is_no_held_one(kind: str) -> None:
-    """New in each row, rounded to 4 N, equal where nothing moves, held for two rows, a relay's put
-    on even stamps: all taken."""
+    """New in each row, rounded to 4 N, equal where nothing moves, of a P loop whose encoder rests
+    every fourth row and then for long, held for two rows, a relay's on even stamps: all taken."""
     effort = 20.0 * M.a + 9.0 * S + 0.3 * RNG.normal(size=M.t.size)
     place = M.q
     if kind == "coarse":
@@ -44,6 +44,11 @@ def test_an_effort_that_waits_for_a_step_or_a_motion_is_no_held_one(kind: str) -
     if kind == "at rest":
         resting = np.arange(M.t.size) % 2000 < 1500
         effort, place = np.where(resting, 5.0, effort), np.where(resting, 0.1, M.q)
+    if kind == "creeping":
+        counts = RNG.integers(1, 4, M.t.size)
+        counts[(np.arange(M.t.size) % 4 == 0) | (np.arange(M.t.size) % 2000 > 600)] = 0
+        place = 5e-5 * np.cumsum(counts)
+        effort = 40.0 * (0.1 - place)
     if kind == "relay":
         effort = np.where(np.arange(M.t.size) % 66 < 33, 13.0, -13.0)
         effort = np.interp(M.t + 4e-4, M.t, effort)

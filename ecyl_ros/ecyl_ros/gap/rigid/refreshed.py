@@ -13,7 +13,7 @@ from ..diagnosis import FloatArray
 
 _SLOW = 3  # rows from one new value to the next, at the least
 _REGULAR = 0.6  # share of the values that last as long as usual, a row or a quarter more or less
-_OLD = 0.5  # share of all rows that repeat the one before
+_OLD = 0.5  # share of the rows, while the position goes on, that repeat the one before
 _FEWEST = 20  # new values that say how long is usual
 _STEPS = 3.0  # of the smallest kind, that values leap by: else they wait for rounding, or a switch
 _EQUAL = 1e-9  # of their range, that values may differ by and be one: of sums of 64 bits
@@ -43,7 +43,8 @@ def new_rows(effort: FloatArray, position: FloatArray) -> NDArray[np.int64] | No
     regular = np.abs(lasts - usual) <= max(1.0, 0.25 * usual)
     jumps = np.abs(np.diff(values[new]))
     coarse = float(np.median(jumps)) < _STEPS * _smallest(values[new])
-    old = float(np.mean(same)) >= _OLD
+    repeats = np.concatenate([[0], np.cumsum(same)])
+    old = float(np.sum((repeats[end] - repeats[begin])[going])) >= _OLD * float(lasts.sum())
     if usual < _SLOW or coarse or not old or float(np.mean(regular)) < _REGULAR:
         return None
     return known[new[1:]]  # how old the first one is nobody knows
