@@ -47,6 +47,7 @@ def test_an_effort_that_waits_for_a_step_or_a_motion_is_no_held_one(kind: str) -
     if kind == "creeping":
         counts = RNG.integers(1, 4, M.t.size)
         counts[(np.arange(M.t.size) % 4 == 0) | (np.arange(M.t.size) % 2000 > 600)] = 0
+        counts[np.arange(M.t.size) % 4000 >= 2000] *= -1
         place = 5e-5 * np.cumsum(counts)
         effort = 40.0 * (0.1 - place)
     if kind == "relay":
