@@ -130,6 +130,21 @@ def test_an_injected_torque_tells_the_gain_of_the_drive() -> None:
     assert gain.parameter == "actuation.gain" and gain.value == pytest.approx(1.08, rel=0.01)
 
 
+@pytest.mark.parametrize("stated", [0.5, 1.0, 2.0])
+def test_a_wrong_gain_counts_the_effects_of_the_file_as_well(stated: float) -> None:
+    """Half and twice the true gain, 1 A that is 2 N m: the gain is named, not the weight of the
+    file, which is as stated; a stated gain of 1 is a gain, too."""
+    m = motion(1.0)
+    weight = Acting("gravity_on_arm", {"amplitude": WEIGHT, "phase": 0.4})
+    machine = dataclasses.replace(ARM, actuation="current", gain=stated, effects=(weight,))
+    true = 2.0 if stated == 1.0 else 1.0
+    torque = 0.15 * m.a + WEIGHT * np.sin(m.q + 0.4)
+    result = diagnose(recorded(m, torque / true, machine, 0.01 / true, 1e-5), machine)
+    (cause,) = result.causes
+    assert cause.effect == "torque_constant_error" and cause.confidence > 0.9
+    assert cause.parameters[0].low < true < cause.parameters[0].high
+
+
 def test_what_stands_at_its_floor_explains_nothing() -> None:
     """Friction of 0.4 N m in an effort that wanders by 1 N m: no cause is named, and the reason
     says what recording could be judged."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from functools import cached_property
 from typing import NamedTuple
 
@@ -49,8 +50,17 @@ class Along:
         turn: see `Turn`.
     """
 
-    def __init__(self, motion: Course, machine: Machine, model: Model, units: Units) -> None:
+    def __init__(
+        self,
+        motion: Course,
+        machine: Machine,
+        model: Model,
+        units: Units,
+        nominal: Callable[[Along], FloatArray] | None = None,
+    ) -> None:
+        """nominal: gives the effort that the file asks for with its effects, float64[n]."""
         self.motion, self.machine, self.model, self.units = motion, machine, model, units
+        self._nominal = nominal
         usable, speed = motion.usable, motion.velocity
         top = float(np.quantile(np.abs(speed[usable]), 0.99))
         self.top_speed = top
@@ -155,9 +165,17 @@ class Along:
             [motion.acceleration, motion.velocity, self.sign, self.one, motion.position]
         )
 
-    def keys_effort(self) -> FloatArray:
-        """The effort that the keys of the file ask of the drive, by its own gain."""
-        keys, motion = self.model.keys, self.motion
+    def of_gain(self) -> FloatArray:
+        """The effort that grows with how the gain counts it, for one of that: float64[n].
+
+        What keys and effects of the file ask of the drive in N or N m, less what was injected.
+        Where the gain is unknown, effects are counted as the effort is and are not among it.
+        """
+        model, motion = self.model, self.motion
+        if self._nominal is not None and model.counted == 1.0:
+            asked: FloatArray = (self._nominal(self) - motion.injected) / model.ratio
+            return asked
+        keys = model.keys
         made: FloatArray = (
             keys.inertia * motion.acceleration
             + keys.viscous * motion.velocity

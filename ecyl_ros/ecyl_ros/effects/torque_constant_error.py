@@ -46,17 +46,19 @@ EFFECT = Effect(
 
 
 def term(along: Along) -> Term:
-    """Another gain of a rigid drive: what the file's keys, and a known injection, ask, scaled."""
-    ratio, gain = along.model.ratio, along.machine.gain or 1.0
+    """Another gain of a rigid drive: what the file, and a known injection, ask, scaled."""
+    model, gain = along.model, along.machine.gain or 1.0
+    ratio = model.ratio
+    mass = (model.inertia or 0.0) / ratio if model.counted == 1.0 else model.keys.inertia
     name, unit = along.units.gain(along.machine.actuation == "voltage")
     return Term(
         effect="torque_constant_error",
         key="gain",
-        columns=along.keys_effort()[None],
+        columns=along.of_gain()[None],
         parameters=lambda c: ((name, unit, gain / (ratio + float(c[0]))),),
         values=lambda c: {"ratio": float(c[0])},
         low=(-0.9 * ratio or 1.0 / HUGE,),
-        inertia=along.model.keys.inertia,
+        inertia=mass,
         of_effort=False,
     )
 
@@ -66,7 +68,11 @@ def _told(along: Along) -> bool:
     machine = along.machine
     if along.motion.injected.any() and machine.half_widths().get("actuation.gain", 0.0) > 0.0:
         return True
-    return machine.gain not in (None, 1.0) and along.known_inertia
+    # What was recorded as a force or torque needs no gain, and 1 says no more.
+    given = machine.gain not in (None, 1.0) or (
+        machine.gain is not None and machine.actuation in ("current", "voltage")
+    )
+    return given and along.known_inertia
 
 
 def _merged(old: Values, new: Values, along: Along) -> Values:

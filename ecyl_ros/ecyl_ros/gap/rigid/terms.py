@@ -41,11 +41,18 @@ class Catalogue:
         self.motion, self.machine, self.differing = motion, machine, frozenset(differing)
         self.units = Units(motion.effort_unit, machine.linear)
         self.model = model_of(machine, self.units.own)
-        self.along = Along(motion, machine, self.model, self.units)
+        self.along = Along(motion, machine, self.model, self.units, self._asked)
 
     def nominal(self) -> FloatArray:
         """The effort that the drive file's own values and effects ask for, float64[n]."""
-        model, motion, along = self.model, self.motion, self.along
+        motion, made = self.motion, self._asked(self.along)
+        if self.model.delay_s:
+            made = np.interp(motion.time_s + self.model.delay_s, motion.time_s, made)
+        return made
+
+    def _asked(self, along: Along) -> FloatArray:
+        """The same before it is delayed."""
+        model, motion = self.model, self.motion
         made: FloatArray = (
             (model.inertia or 0.0) * motion.acceleration
             + model.viscous[0] * np.maximum(motion.velocity, 0.0)
@@ -65,8 +72,6 @@ class Catalogue:
         bare = made
         for _ in range(_ROUNDS if shares else 0):  # a share of the whole effort, itself included
             made = bare + sum(RIGID[one.name].asked(along, one.values, made) for one in shares)
-        if model.delay_s:
-            made = np.interp(motion.time_s + model.delay_s, motion.time_s, made)
         return made
 
     def own(self, term: Term) -> Term:
