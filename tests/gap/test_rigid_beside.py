@@ -7,7 +7,12 @@ import dataclasses
 import numpy as np
 from rigid_machines import ROTARY, along, causes, recorded
 
+from ecyl_ros.effects import load_coulomb_friction as coulomb
 from ecyl_ros.gap.diagnose import diagnose
+from ecyl_ros.gap.rigid.balance import Balance
+from ecyl_ros.gap.rigid.motion import motion_of
+from ecyl_ros.gap.rigid.other_friction import as_a_sum
+from ecyl_ros.gap.rigid.terms import Catalogue
 
 LEVEL, VISCOUS = 1.4, 0.7  # N m, N m s/rad
 
@@ -38,3 +43,29 @@ def test_a_level_that_may_be_all_viscous_shares_with_it() -> None:
     found = causes(diagnose(recorded(m, effort, machine, 0.03, 1e-4), machine))
     level = found.get("rotor_coulomb_friction")
     assert level is None or not level.parameters[0].low <= 0.0
+
+
+def test_the_interval_of_a_sum_reaches_to_each_part_that_is_no_less_than_none() -> None:
+    """Strokes at 20 rad/s each way under a level and friction by speed, the level fitted for both:
+    its interval lies above the true level, and reaches it with what may be the other's."""
+    t = np.arange(12_000) / 1000.0
+    ramp = np.clip(10.0 * np.minimum(t % 6.0, 6.0 - t % 6.0), 0.0, 1.0)
+    m = along(np.where(t < 6.0, 20.0, -20.0) * ramp)
+    effort = 1e-4 * m.a + LEVEL * np.sign(m.v) + 0.01 * m.v
+    machine = dataclasses.replace(ROTARY, inertia=1e-4)
+    moved = motion_of(recorded(m, effort, machine, 0.3, 1e-4), machine, "strokes", None)
+    catalogue = Catalogue(moved, machine)
+    balance = Balance(moved, catalogue.nominal(), catalogue.model)
+    alone = coulomb.term(catalogue.along)
+    fit = balance.fit([alone], balance.usable)
+    spans = balance.intervals(fit, balance.usable)
+    wider, taken = as_a_sum(balance, catalogue.along, fit, spans)
+    first = wider[alone.key]
+    assert spans[alone.key][0].low > LEVEL + 0.1
+    assert first.low < LEVEL and first.high == spans[alone.key][0].high
+    assert not taken  # a level there is, for sure
+    stated = dataclasses.replace(machine, viscous=0.01)
+    known = Catalogue(moved, stated)
+    held = Balance(moved, known.nominal(), known.model)
+    fit = held.fit([alone], held.usable)
+    assert as_a_sum(held, known.along, fit, held.intervals(fit, held.usable)) == ({}, {})

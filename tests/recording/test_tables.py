@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from recording_samples import assert_same, made
 from scipy.io import loadmat, savemat
+from scipy.io.matlab import MatlabOpaque
 
 from ecyl_ros.errors import InputError
 from ecyl_ros.recording.csvfile import write_csv
@@ -272,6 +273,27 @@ def test_a_mat_vector_of_another_length_is_told(tmp_path: Path) -> None:
     assert sorted(table.names) == ["u", "x"]
     (note,) = table.notes
     assert "60 rows" in note and note.endswith(": t (55)")
+
+
+def test_objects_of_matlab_classes_are_no_signals(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A timeseries, as scipy hands it over (name, system, class, references), is told by its name
+    with what to save instead, beside arrays that are read."""
+    kinds = [("s0", "O"), ("s1", "O"), ("s2", "O"), ("arr", "O")]
+    references = np.array([[3707764736], [2], [1], [1], [6], [5]], dtype=np.uint32)
+    series = np.empty(1, dtype=kinds)
+    series[0] = (b"sig_volt", b"MCOS", b"timeseries", references)
+    given = {"None": MatlabOpaque(series), "x": np.arange(60.0)}
+    monkeypatch.setattr("scipy.io.loadmat", lambda *_, **__: given)
+    savemat(tmp_path / "a.mat", {"x": np.arange(60.0)})
+    table = MatTable(tmp_path / "a.mat")
+    assert table.names == ["x"]
+    (note,) = table.notes
+    assert "sig_volt is an object of MATLAB's class timeseries" in note and "Data" in note
+    del given["x"]
+    with pytest.raises(InputError, match=r"holds no vector of numbers .sig_volt is an object"):
+        MatTable(tmp_path / "a.mat")
 
 
 def test_mat_files_are_refused_where_scipy_would_end_the_process(tmp_path: Path) -> None:

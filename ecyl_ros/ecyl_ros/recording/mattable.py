@@ -52,7 +52,8 @@ class MatTable:
                 self._take(name, value, 0)
         sizes = [column.size for column in self._columns.values() if column.size > 1]
         if not sizes:
-            raise InputError(f"{path}: holds no vector of numbers")
+            objects = f" ({self.notes[0].removeprefix(f'{path}: ')})" if self.notes else ""
+            raise InputError(f"{path}: holds no vector of numbers{objects}")
         self._size = max(set(sizes), key=lambda size: (sizes.count(size), size))
         self.names = [name for name, own in self._columns.items() if own.size == self._size]
         others = [
@@ -99,6 +100,13 @@ class MatTable:
 
     def _take(self, path: str, value: Any, depth: int) -> None:
         if depth > _DEEPEST or len(self._columns) >= _MOST or not isinstance(value, np.ndarray):
+            return
+        if {"s0", "s2", "arr"} <= set(value.dtype.names or ()):  # scipy's view of an object
+            own, kind = (str(np.ravel(value[one])[0], "ascii", "replace") for one in ("s0", "s2"))
+            self.notes += (
+                f"{self.path}: {own or path} is an object of MATLAB's class {kind} and cannot be "
+                "read: save its values as arrays (of a timeseries, Time and Data)",
+            )
             return
         if value.dtype.names:
             cells = value.reshape(-1)

@@ -90,7 +90,8 @@ def judged(
         motion = lower
         said.append(
             f"frequencies above {lower.weight_hz:.3g} Hz have less weight: lower bands give "
-            "another inertia, as if parts are not rigid, or the position's noise is not white"
+            "another inertia, as if parts are not rigid, or the position's noise is not white; "
+            f"judge.bandwidth: {lower.weight_hz:.2g} in the drive file leaves them out"
         )
         judgement = competed()
     while more := unbelieved(judgement) - held:

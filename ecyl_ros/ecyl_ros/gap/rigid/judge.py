@@ -31,6 +31,7 @@ from .contest import Contest
 from .detached import nothing_shown, shows_nothing
 from .noise import measurement_noise
 from .null import Null
+from .other_friction import as_a_sum
 from .rest import moving
 from .ruling import Ruling
 from .solution import Solution
@@ -88,15 +89,22 @@ class Judgement:
     @cached_property
     def _told(self) -> dict[str, list[Interval]]:
         """`spans`, as wide as the structure that is left could bend them, and as those beside
-        friction and a load that are shown without being named: what is reported.
+        friction and a load that are shown without being named, or could be: what is reported.
 
         At one speed a level stands for all friction; its value is then that of a sum.
         """
         _, beside = self._beside
-        return {
+        told = {
             key: [one.over(other) for one, other in zip(spans, beside[key], strict=True)]
             for key, spans in self._bent.items()
         }
+        for key, first in self._as_a_sum[0].items():
+            told[key][0] = told[key][0].over(first)
+        return told
+
+    @cached_property
+    def _as_a_sum(self) -> tuple[dict[str, Interval], dict[str, str]]:
+        return as_a_sum(self.balance, self.catalogue.along, self.whole, self._bent)
 
     @cached_property
     def _bent(self) -> dict[str, list[Interval]]:
@@ -116,10 +124,13 @@ class Judgement:
         return more, self.balance.intervals(fit, self.balance.usable)
 
     def _taken_over(self, term: Term) -> list[str]:
-        """Effects that are shown without being in the set, beside which a term may be nothing."""
+        """Effects that are shown without being in the set, or may be of any machine, beside which a
+        term may be nothing."""
         more, beside = self._beside
         first = beside[term.key][0]
-        return [one.effect for one in more] if first.low <= 0.0 <= first.high else []
+        others = [one.effect for one in more] if first.low <= 0.0 <= first.high else []
+        other = self._as_a_sum[1].get(term.key)
+        return others if other is None or other in others else [*others, other]
 
     def void(self, term: Term) -> str:
         """Why a term of the closest set is no cause; empty where it may be one."""

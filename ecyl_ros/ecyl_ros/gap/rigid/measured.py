@@ -19,6 +19,7 @@ from .beside import shown, with_more
 from .gain_scale import GainScale
 from .lower import where_inertia_holds
 from .machine_values import machine_value, told_apart
+from .other_friction import as_a_sum
 from .solution import Solution
 
 
@@ -49,11 +50,14 @@ def measured(
     told = balance.intervals(closest, balance.usable)
     scale = GainScale() if "gain" in keys else GainScale.of(told.get("gain"), along)
     spans = within.intervals(fit, within.usable, fit.bends(within.usable, floor))
+    sums, _ = as_a_sum(within, along, fit, spans)
     spans |= {
         one.key: [scale.scaled(at) for at in spans[one.key]] for one in fit.terms if one.of_effort
     }
     if not beside:  # nothing comes beside what is named: it is measured once
         spans |= {key: told[key] for key in named if key in spans and key != "inertia"}
+    for key, first in sums.items():
+        spans[key] = [spans[key][0].over(scale.scaled(first)), *spans[key][1:]]
     sheet = {
         RIGID[one.effect].constant[not along.machine.linear]
         for one in closest.terms
