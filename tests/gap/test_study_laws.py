@@ -61,6 +61,16 @@ def test_the_effect_itself_is_off_its_curve_by_nothing() -> None:
         assert off_own_curve(law, case) == pytest.approx(0.0, abs=1e-12)
 
 
+def test_a_map_of_two_variables_is_scored_row_by_row() -> None:
+    """A wave described over the angle and the speed, and then a fifth too large at one speed."""
+    wave = 0.05 * np.sin(6.0 * ANGLES + hidden_phases("cogging_torque", 7)[0])
+    law = _law("rotor_torque", ["rotor_angle", "speed"], ANGLES, np.repeat(wave, 2))
+    law["table"] |= {"at_2": [-50.0, 50.0], "seen": [True] * 96, "half_95": [0.01] * 96}
+    assert off_own_curve(law, COGGING) == pytest.approx(0.0, abs=1e-12)
+    law["table"]["values"][1::2] = list(1.2 * wave)
+    assert off_own_curve(law, COGGING) == pytest.approx(0.2 / np.sqrt(2.0))
+
+
 def test_another_size_place_or_variable_is_not_its_own_curve() -> None:
     """A fifth too large is a fifth off; at another port, or of something else, nothing is said."""
     drag = 2e-3 * np.abs(SPEEDS)

@@ -86,9 +86,10 @@ def off_own_curve(law: Mapping[str, Any], case: Case) -> float | None:
         if law["port"] != port.replace("friction", "torque") or way is None:
             return None
         true = -true * np.sign(way)
-    found, seen = np.array(law["table"]["values"]), np.array(law["table"]["seen"])
+    shape = tuple(one.size for one in at)
+    found, seen = (np.array(law["table"][key]).reshape(shape) for key in ("values", "seen"))
     if not seen.any():
         return None
-    true = np.broadcast_to(true, found.shape)
+    true = np.broadcast_to(true, shape)
     off = np.sqrt(np.mean((found - true)[seen] ** 2))
     return float(off / np.sqrt(np.mean(true[seen] ** 2)))
