@@ -179,9 +179,6 @@ class Judgement:
             named = bool(causes) and (relieves or self._helps(before, rest, surplus))
             if not named and best <= _CLOSE * self.floor:
                 reason = self._undecided(closest)
-        if causes and not named and not settled:
-            tried = ", ".join(one.title for one in causes)
-            self.notes.append(f"closest in the catalogue, not named: {tried}")
         if named and any(one.over_time for one in contest.order):
             self.notes.append(_SWINGS)
         final = contest.winner if named else contest.nominal
