@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -11,6 +13,7 @@ from ecyl_ros.gap.diagnose import diagnose
 from ecyl_ros.gap.follower import resolution
 from ecyl_ros.gap.report.page import report_html
 from ecyl_ros.gap.report.terminal import summary
+from ecyl_ros.gap.rigid.motion import motion_of
 from ecyl_ros.recording.signals import Recording
 
 MACHINE = Machine(kind="follower", output="rotary")
@@ -87,11 +90,11 @@ def test_the_resolution_is_the_encoders_step() -> None:
     rng = np.random.default_rng(0)
     smooth = np.cumsum(rng.normal(size=4000)) * 1e-3
     stepped = np.round(smooth / STEP) * STEP
-    assert resolution(stepped, None) == pytest.approx(STEP, rel=1e-4)
+    assert resolution(stepped, 0.0) == pytest.approx(STEP, rel=1e-4)
     held = np.repeat(stepped[::8], 8)
     between = np.interp(np.arange(0.0, 3999.0, 1.003), np.arange(4000.0), held)
-    assert resolution(between, None) == pytest.approx(STEP, rel=1e-3)
-    assert resolution(smooth, None) == 0.0 and resolution(smooth, 1e-3) == 1e-3
+    assert resolution(between, 0.0) == pytest.approx(STEP, rel=1e-3)
+    assert resolution(smooth, 0.0) == 0.0 and resolution(smooth, 1e-3) == 1e-3
 
 
 def test_a_follower_without_reference_is_refused() -> None:
@@ -107,3 +110,18 @@ def test_a_follower_without_reference_is_refused() -> None:
     )
     with pytest.raises(InputError, match=r"the reference moves by less than 4 steps"):
         diagnose(still, MACHINE)
+
+
+def test_the_step_that_a_map_states_is_that_of_the_position() -> None:
+    """Positions that were put on an even grid keep no equal values: the map's step counts, unless
+    the drive file states one; of a rigid drive it is the least noise of the position."""
+    given = _followed(0.08, 0.03)
+    smooth = given.rotor_position_rad + 1e-6 * np.random.default_rng(2).normal(size=len(given))
+    mapped = dataclasses.replace(
+        given, rotor_position_rad=smooth, resolution={"rotor_position_rad": STEP}
+    )
+    assert _measured(diagnose(mapped, MACHINE))["resolution_rad"].value == STEP
+    stated = dataclasses.replace(MACHINE, position_resolution=2.0 * STEP)
+    assert _measured(diagnose(mapped, stated))["resolution_rad"].value == 2.0 * STEP
+    rigid = Machine(kind="rigid", output="rotary")
+    assert motion_of(mapped, rigid, "r").position_noise >= STEP / np.sqrt(12.0)

@@ -34,7 +34,7 @@ from .judge.verdict import verdict_of
 from .locate.conditions import shares
 from .replay.hidden import NO_GAP_RATIO
 from .rigid.balance import HELD_OUT_EVERY, stretch_length
-from .rigid.motion import Motion, motion_of
+from .rigid.motion import Motion, motion_of, stated_resolution
 
 _LONGEST_LAG_S = 0.6
 _GRID = 41  # lags and widths of a scan
@@ -82,7 +82,7 @@ def diagnose_follower(
     if not recording.has(name):
         name = "load_position_rad"
     known = recording.signal(name)[np.isfinite(recording.signal(name))]
-    step = resolution(known, machine.position_resolution)
+    step = resolution(known, stated_resolution(recording, machine))
     usable = motion.usable & np.isfinite(reference)
     if not usable.any() or not np.ptp(reference[usable]) > _MOVES * max(step, 1e-300):
         raise InputError(
@@ -144,14 +144,14 @@ def diagnose_follower(
     )
 
 
-def resolution(position: FloatArray, stated: float | None) -> float:
+def resolution(position: FloatArray, stated: float) -> float:
     """Step of the position: stated, or the smallest distance between values that come often.
 
     0 where no values come often: the position is finer than the recording tells.
     """
     reach = float(np.ptp(position))
     if stated or reach == 0.0:
-        return stated or 0.0
+        return stated
     grain = 1e-7 * reach  # what resampling between equal values leaves of rounding
     values, count = np.unique(np.round(position / grain), return_counts=True)
     often = values[count >= max(3, position.size / 1000)] * grain

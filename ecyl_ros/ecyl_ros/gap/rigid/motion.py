@@ -257,7 +257,7 @@ def motion_of(
     noise = machine.position_noise
     if noise is None:
         noise = position_noise(position, rate, usable)
-    rounding = (machine.position_resolution or 0.0) / math.sqrt(12.0)
+    rounding = stated_resolution(recording, machine) / math.sqrt(12.0)
     noise = max(noise, rounding)
     bandwidth = machine.bandwidth_hz
     if bandwidth is None:
@@ -347,6 +347,12 @@ def _at_new_efforts(recording: Recording, machine: Machine) -> tuple[Recording, 
     if rows is None:
         return recording, 0.0
     return recording.at(rows), float(np.median(np.diff(recording.time_s[rows])))
+
+
+def stated_resolution(recording: Recording, machine: Machine) -> float:
+    """Step of the position as the drive file or else the map has it; 0 where neither says."""
+    place = next((one for one in PLACES[machine.linear] if recording.has(one)), "")
+    return machine.position_resolution or recording.resolution.get(place, 0.0)
 
 
 def settling(rate_hz: float, bandwidth_hz: float) -> int:
