@@ -18,7 +18,7 @@ SAMPLES_PER_PERIOD = 2.5  # of the bandwidth's frequency, after decimation
 _HIGHEST = 0.2  # of the sampling rate: a bandwidth above it is not asked for
 _POWER = 0.997  # share of the effort's power that the band holds
 _LEAST_SAMPLES = 1500  # to compare, so that steps of friction are seen in smooth motion, too
-_FEWEST_SAMPLES = 300  # to compare, however noisy the position is
+FEWEST_SAMPLES = 300  # to compare, however noisy the position is
 _NOISE = 0.05  # share of the acceleration's power that may be noise
 _TOP = 0.35  # of the sampling rate: above it a position is taken to hold noise alone
 _QUIETER = 0.5  # times the noise of differences: below, the recorded speed is taken
@@ -171,14 +171,23 @@ def bandwidth_of(
     quiet[: max(2, int(2.0 / frequency[1]))] = True
     limit = float(frequency[np.flatnonzero(quiet)[-1]])
     if np.isfinite(effort).all() and float(np.ptp(effort)) > 0.0:
-        frequency, density = _spectrum(effort[usable] - effort[usable].mean(), rate)
-        density = np.maximum(density - np.median(density[frequency > 0.4 * rate]), 0.0)
-        held = np.cumsum(density)
+        reach = effort_reach(effort, usable, rate)
     else:
-        held = signal
-    reach = float(frequency[int(np.searchsorted(held, _POWER * held[-1]))])
+        reach = _held(frequency, signal)
     seconds = times * usable.sum() / rate
     reach = max(reach, _LEAST_SAMPLES / (SAMPLES_PER_PERIOD * seconds))
     # What the encoder's noise does in a wider band than it would have is weighed down.
-    fewest = _FEWEST_SAMPLES / (SAMPLES_PER_PERIOD * seconds)
+    fewest = FEWEST_SAMPLES / (SAMPLES_PER_PERIOD * seconds)
     return max(min(reach, max(limit, fewest), _HIGHEST * rate), 4.0 * frequency[1])
+
+
+def effort_reach(effort: FloatArray, usable: BoolArray, rate: float) -> float:
+    """Hz up to which 99.7 % of the power of an effort lies, less its white noise."""
+    frequency, density = _spectrum(effort[usable] - effort[usable].mean(), rate)
+    density = np.maximum(density - np.median(density[frequency > 0.4 * rate]), 0.0)
+    return _held(frequency, np.cumsum(density))
+
+
+def _held(frequency: FloatArray, power: FloatArray) -> float:
+    """Frequency up to which nearly all of a cumulated power lies."""
+    return float(frequency[int(np.searchsorted(power, _POWER * power[-1]))])

@@ -24,6 +24,7 @@ from .motion import Motion, motion_of
 from .noise import blur_of, measurement_noise, weighed
 from .null import Null
 from .offsets import without_offsets
+from .own_band import looked_at_again
 from .rest import moving
 from .solution import Solution
 from .terms import Catalogue
@@ -55,7 +56,20 @@ def diagnose_rigid(
     check_motion(motion, machine, source)
     judgement = judged(motion, machine, without, source, tell)
     found = assembled(judgement, mode, [recording], source, drive_name, without)
-    return with_rigid_description(found, judgement, without)
+
+    def again(other: Machine) -> Diagnosis:
+        return diagnose_rigid(
+            recording,
+            other,
+            without=without,
+            mode=mode,
+            source=source,
+            drive_name=drive_name,
+            tell=lambda share: tell(0.9 + 0.1 * share),
+        )
+
+    found = looked_at_again(found, motion, machine, again)
+    return found if found.causes else with_rigid_description(found, judgement, without)
 
 
 def judged(

@@ -27,6 +27,7 @@ from ..rigid.assemble import assembled
 from ..rigid.diagnose import check_motion, inertia_of, judged
 from ..rigid.joined import Joined, in_own_noise, joined, motions_of
 from ..rigid.judge import Judgement
+from ..rigid.own_band import looked_at_again
 from ..rigid.rest import moving
 from ..rigid.ruling import Ruling
 from ..rigid.sets import Sets
@@ -76,6 +77,22 @@ def diagnose_rigid_together(
     told = differing | {RIGID[name].constant[not machine.linear] for name in differing}
     values = marked_alone(values, {one for one in told if one})
     found = assembled(judgement, mode, recordings, every, drive_name, without)
+
+    def again(other: Machine) -> Diagnosis:
+        return diagnose_rigid_together(
+            recordings,
+            other,
+            without=without,
+            mode=mode,
+            sources=sources,
+            drive_name=drive_name,
+            tell=lambda share: tell(_JOINT + _ANEW * share),
+        )
+
+    seen = looked_at_again(found, motion, machine, again)
+    if seen.causes and not found.causes:
+        return seen
+    found = seen
     said = {one.effect for one in found.causes} | set(machine.half_widths())
     values = [[one for one in own if one.of in said] for own in values]
     tell(1.0 - _UNSEEN)
