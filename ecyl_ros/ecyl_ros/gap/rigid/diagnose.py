@@ -69,7 +69,7 @@ def diagnose_rigid(
         )
 
     found = looked_at_again(found, motion, machine, again)
-    return found if found.causes else with_rigid_description(found, judgement, without)
+    return with_rigid_description(found, judgement, without)
 
 
 def judged(

@@ -38,8 +38,8 @@ def looked_at_again(
         return found
     if second.verdict in ("no_gap", "within_sheet"):
         note = (
-            f"up to {hertz:.3g} Hz, where the {motion.effort_name} lies, there is no gap beyond the "
-            "tolerances: what is unexplained is faster, as if parts are not rigid"
+            f"up to {hertz:.3g} Hz, where the {motion.effort_name} lies, there is no gap beyond "
+            "the tolerances: what is unexplained is faster, as if parts are not rigid"
         )
         return replace(found, notes=(note, *found.notes))
     if not second.causes:
