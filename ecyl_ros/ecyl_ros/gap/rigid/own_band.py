@@ -13,6 +13,7 @@ from dataclasses import replace
 from ...drive.rigid.machine import Machine
 from ...errors import InputError
 from ..diagnosis import Diagnosis
+from ..judge.verdict import EXPLAINED_SHRINK
 from .band import FEWEST_SAMPLES, SAMPLES_PER_PERIOD, effort_reach
 from .motion import Motion
 
@@ -25,8 +26,8 @@ def looked_at_again(
 ) -> Diagnosis:
     """A diagnosis, or in place of an unexplained gap that of the narrower band if it names causes.
 
-    What is left in the wider band stays unexplained; where there is no gap in the narrower one, a
-    note says so. again: diagnoses with another machine's file.
+    These have to close it there. What is left in the wider band stays unexplained; where there is
+    no gap in the narrower one, a note says so. again: diagnoses with another machine's file.
     """
     hertz = _own_band(motion)
     stated = machine.bandwidth_hz is not None
@@ -42,7 +43,8 @@ def looked_at_again(
             "the tolerances: what is unexplained is faster, as if parts are not rigid"
         )
         return replace(found, notes=(note, *found.notes))
-    if not second.causes:
+    # Below what is not rigid the causes have to close the gap; else the band is not to blame.
+    if not second.causes or second.shrink < EXPLAINED_SHRINK:
         return found
     note = (
         f"compared in the band of the {motion.effort_name}, up to {hertz:.3g} Hz: up to "
