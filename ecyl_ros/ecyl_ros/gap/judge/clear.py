@@ -44,11 +44,16 @@ def without_strained(competition: Competition, fitter: Fitter) -> tuple[Competit
     found = strained(winner, fitter)
     if found is None:
         return competition, []
-    off = float(winner.pulls[found.row])
-    where = f"{fitter.sheet.keys[found.row]} {off:+.1f} tolerances off its data sheet"
+    key, held = fitter.sheet.keys[found.row], float(winner.pulls[found.row])
     if not winner.names:
-        return competition, [f"only with {where} does the gap close; no effect does as well"]
-    said = f"{' and '.join(winner.names)} would put {where}: not named, something else is at fault"
+        return competition, [
+            f"the gap closes with {key} {found.pull:+.1f} tolerances off its data sheet (the price "
+            f"of that shared by other constants, {held:+.1f}); no effect does clearly better"
+        ]
+    said = (
+        f"{' and '.join(winner.names)} would put {key} {held:+.1f} tolerances off its data sheet: "
+        "not named, something else is at fault"
+    )
     return without_effects(competition, fitter, winner.names), [said]
 
 
