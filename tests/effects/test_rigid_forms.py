@@ -66,7 +66,7 @@ def _course() -> SimpleNamespace:
 def _asked(machine: Machine, course: SimpleNamespace) -> np.ndarray:
     """What the model asks along the motion, where `asked` and the constants are summed up."""
     model = model_of(machine, True)
-    along = Along(course, machine, model, Units("N m", False))
+    along = Along(course, machine, model, Units("N m", False), lambda along: 0.0 * along.sign)
     way = np.sign(course.velocity)
     made = (
         model.inertia * course.acceleration

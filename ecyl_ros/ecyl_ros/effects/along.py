@@ -56,7 +56,7 @@ class Along:
         machine: Machine,
         model: Model,
         units: Units,
-        nominal: Callable[[Along], FloatArray] | None = None,
+        nominal: Callable[[Along], FloatArray],
     ) -> None:
         """nominal: gives the effort that the file asks for with its effects, float64[n]."""
         self.motion, self.machine, self.model, self.units = motion, machine, model, units
@@ -165,16 +165,17 @@ class Along:
             [motion.acceleration, motion.velocity, self.sign, self.one, motion.position]
         )
 
-    def of_gain(self) -> FloatArray:
-        """The effort that grows with how the gain counts it, for one of that: float64[n].
+    def of_gain(self) -> tuple[FloatArray, float]:
+        """The effort that grows with how the gain counts it, float64[n], and the inertia in it.
 
-        What keys and effects of the file ask of the drive in N or N m, less what was injected.
-        Where the gain is unknown, effects are counted as the effort is and are not among it.
+        For one of that: what keys and effects of the file ask of the drive in N or N m, less what
+        was injected. Where the gain is unknown, effects are counted as the effort is and are not
+        among it.
         """
         model, motion = self.model, self.motion
-        if self._nominal is not None and model.counted == 1.0:
-            asked: FloatArray = (self._nominal(self) - motion.injected) / model.ratio
-            return asked
+        if self.units.own:
+            asked = (self._nominal(self) - motion.injected) / model.ratio
+            return asked, (model.inertia or 0.0) / model.ratio
         keys = model.keys
         made: FloatArray = (
             keys.inertia * motion.acceleration
@@ -184,4 +185,4 @@ class Along:
             + keys.stiffness * motion.position
             - motion.injected
         )
-        return made
+        return made, keys.inertia

@@ -47,18 +47,17 @@ EFFECT = Effect(
 
 def term(along: Along) -> Term:
     """Another gain of a rigid drive: what the file, and a known injection, ask, scaled."""
-    model, gain = along.model, along.machine.gain or 1.0
-    ratio = model.ratio
-    mass = (model.inertia or 0.0) / ratio if model.counted == 1.0 else model.keys.inertia
+    ratio, gain = along.model.ratio, along.machine.gain or 1.0
+    asked, inertia = along.of_gain()
     name, unit = along.units.gain(along.machine.actuation == "voltage")
     return Term(
         effect="torque_constant_error",
         key="gain",
-        columns=along.of_gain()[None],
+        columns=asked[None],
         parameters=lambda c: ((name, unit, gain / (ratio + float(c[0]))),),
         values=lambda c: {"ratio": float(c[0])},
         low=(-0.9 * ratio or 1.0 / HUGE,),
-        inertia=mass,
+        inertia=inertia,
         of_effort=False,
     )
 
@@ -69,10 +68,8 @@ def _told(along: Along) -> bool:
     if along.motion.injected.any() and machine.half_widths().get("actuation.gain", 0.0) > 0.0:
         return True
     # What was recorded as a force or torque needs no gain, and 1 says no more.
-    given = machine.gain not in (None, 1.0) or (
-        machine.gain is not None and machine.actuation in ("current", "voltage")
-    )
-    return given and along.known_inertia
+    scales = machine.gain != 1.0 or machine.actuation in ("current", "voltage")
+    return machine.gain is not None and scales and along.known_inertia
 
 
 def _merged(old: Values, new: Values, along: Along) -> Values:

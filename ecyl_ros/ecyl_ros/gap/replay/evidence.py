@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.signal import freqz, savgol_coeffs, savgol_filter
+from scipy.signal import savgol_coeffs, savgol_filter
 
 from ...drive.engine import LOAD
 from ...drive.parameters import DriveParameters
@@ -61,10 +61,10 @@ class Smoother:
     @property
     def response(self) -> FloatArray:
         """Share of a sine's value that is left, float64[m], from 0 Hz to half the sampling rate."""
-        return np.asarray(
-            freqz(savgol_coeffs(self.points, _ORDER), worN=_FREQUENCIES, include_nyquist=True)[1]
-            * np.exp(0.5j * (self.points - 1) * np.linspace(0.0, np.pi, _FREQUENCIES))
-        ).real
+        turns = np.linspace(0.0, np.pi, _FREQUENCIES)
+        index = np.arange(self.points) - self.points // 2
+        left: FloatArray = np.cos(np.outer(turns, index)) @ savgol_coeffs(self.points, _ORDER)
+        return left
 
 
 def _balance(

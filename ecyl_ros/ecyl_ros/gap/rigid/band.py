@@ -175,10 +175,17 @@ def bandwidth_of(
     else:
         reach = _held(frequency, signal)
     seconds = times * usable.sum() / rate
-    reach = max(reach, _LEAST_SAMPLES / (SAMPLES_PER_PERIOD * seconds))
+    reach = max(reach, leaving(_LEAST_SAMPLES, seconds))
     # What the encoder's noise does in a wider band than it would have is weighed down.
-    fewest = FEWEST_SAMPLES / (SAMPLES_PER_PERIOD * seconds)
-    return max(min(reach, max(limit, fewest), _HIGHEST * rate), 4.0 * frequency[1])
+    return max(
+        min(reach, max(limit, leaving(FEWEST_SAMPLES, seconds)), _HIGHEST * rate),
+        4.0 * frequency[1],
+    )
+
+
+def leaving(samples: int, seconds: float) -> float:
+    """Bandwidth, Hz, that leaves so many samples of so many seconds to compare."""
+    return samples / (SAMPLES_PER_PERIOD * seconds)
 
 
 def effort_reach(effort: FloatArray, usable: BoolArray, rate: float) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable, Collection
 
 import numpy as np
@@ -56,18 +57,15 @@ def diagnose_rigid(
     check_motion(motion, machine, source)
     judgement = judged(motion, machine, without, source, tell)
     found = assembled(judgement, mode, [recording], source, drive_name, without)
-
-    def again(other: Machine) -> Diagnosis:
-        return diagnose_rigid(
-            recording,
-            other,
-            without=without,
-            mode=mode,
-            source=source,
-            drive_name=drive_name,
-            tell=lambda share: tell(0.9 + 0.1 * share),
-        )
-
+    again = functools.partial(
+        diagnose_rigid,
+        recording,
+        without=without,
+        mode=mode,
+        source=source,
+        drive_name=drive_name,
+        tell=lambda share: tell(0.9 + 0.1 * share),
+    )
     found = looked_at_again(found, motion, machine, again)
     return with_rigid_description(found, judgement, without)
 

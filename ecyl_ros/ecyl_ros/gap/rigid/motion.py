@@ -338,7 +338,7 @@ def _at_new_efforts(recording: Recording, machine: Machine) -> tuple[Recording, 
     """The recording at the rows where its effort is new, and how often that is, s; 0: always."""
     if machine.actuation == "loop":  # worked out at each sample
         return recording, 0.0
-    place = next((one for one in PLACES[machine.linear] if recording.has(one)), None)
+    place = _place(recording, machine)
     kinds = (machine.actuation,) if machine.actuation else BY_DEFAULT[machine.linear]
     name = next((EFFORTS[one][0] for one in kinds if recording.has(EFFORTS[one][0])), None)
     if place is None or name is None:
@@ -351,8 +351,13 @@ def _at_new_efforts(recording: Recording, machine: Machine) -> tuple[Recording, 
 
 def stated_resolution(recording: Recording, machine: Machine) -> float:
     """Step of the position as the drive file or else the map has it; 0 where neither says."""
-    place = next((one for one in PLACES[machine.linear] if recording.has(one)), "")
-    return machine.position_resolution or recording.resolution.get(place, 0.0)
+    place = _place(recording, machine)
+    return machine.position_resolution or recording.resolution.get(place or "", 0.0)
+
+
+def _place(recording: Recording, machine: Machine) -> str | None:
+    """The position of the output by the name that was recorded."""
+    return next((one for one in PLACES[machine.linear] if recording.has(one)), None)
 
 
 def settling(rate_hz: float, bandwidth_hz: float) -> int:

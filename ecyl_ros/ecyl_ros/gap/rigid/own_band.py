@@ -14,7 +14,7 @@ from ...drive.rigid.machine import Machine
 from ...errors import InputError
 from ..diagnosis import Diagnosis
 from ..judge.verdict import EXPLAINED_SHRINK
-from .band import FEWEST_SAMPLES, SAMPLES_PER_PERIOD, effort_reach
+from .band import FEWEST_SAMPLES, effort_reach, leaving
 from .motion import Motion
 
 _NARROWER = 0.7  # of the compared band: else both are one
@@ -29,9 +29,10 @@ def looked_at_again(
     These have to close it there. What is left in the wider band stays unexplained; where there is
     no gap in the narrower one, a note says so. again: diagnoses with another machine's file.
     """
+    if found.verdict != "unexplained" or machine.bandwidth_hz is not None:
+        return found
     hertz = _own_band(motion)
-    stated = machine.bandwidth_hz is not None
-    if found.verdict != "unexplained" or stated or hertz >= _NARROWER * motion.bandwidth_hz:
+    if hertz >= _NARROWER * motion.bandwidth_hz:
         return found
     try:
         second = again(replace(machine, bandwidth_hz=hertz))
@@ -56,8 +57,7 @@ def looked_at_again(
 
 def _own_band(motion: Motion) -> float:
     """Hz up to which nearly all of the effort lies, or that which leaves enough to compare."""
-    seconds = motion.usable.sum() / motion.rate_hz
-    fewest = FEWEST_SAMPLES / (SAMPLES_PER_PERIOD * max(seconds, 1e-9))
+    fewest = leaving(FEWEST_SAMPLES, motion.usable.sum() / motion.rate_hz)
     reach = [
         effort_reach(motion.effort[one], motion.usable[one], motion.rate_hz)
         for one in motion.parts

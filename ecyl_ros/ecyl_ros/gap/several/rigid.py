@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import copy
 import dataclasses
+import functools
 from collections.abc import Callable, Collection, Sequence
 
 import numpy as np
@@ -77,20 +78,17 @@ def diagnose_rigid_together(
     told = differing | {RIGID[name].constant[not machine.linear] for name in differing}
     values = marked_alone(values, {one for one in told if one})
     found = assembled(judgement, mode, recordings, every, drive_name, without)
-
-    def again(other: Machine) -> Diagnosis:
-        return diagnose_rigid_together(
-            recordings,
-            other,
-            without=without,
-            mode=mode,
-            sources=sources,
-            drive_name=drive_name,
-            tell=lambda share: tell(_JOINT + _ANEW * share),
-        )
-
+    again = functools.partial(
+        diagnose_rigid_together,
+        recordings,
+        without=without,
+        mode=mode,
+        sources=sources,
+        drive_name=drive_name,
+        tell=lambda share: tell(_JOINT + _ANEW * share),
+    )
     seen = looked_at_again(found, motion, machine, again)
-    if seen.causes and not found.causes:
+    if seen.verdict != found.verdict:  # it is of the narrower band, with all that is said below
         return seen
     found = seen
     said = {one.effect for one in found.causes} | set(machine.half_widths())
