@@ -10,6 +10,7 @@ import pytest
 from sheets import exact
 
 from ecyl_ros.effects.catalogue import CATALOGUE
+from ecyl_ros.gap.compete.earn import earns
 from ecyl_ros.gap.compete.strain import strains
 from ecyl_ros.gap.diagnose import diagnose
 from ecyl_ros.gap.fit.fit import Fit
@@ -143,6 +144,37 @@ def test_a_constant_that_no_effect_stands_for_is_strained_too(key, told) -> None
     )
     assert fitter.sheet.keys == (key,)
     assert (strained(fit, fitter) is not None) == told
+
+
+@pytest.mark.parametrize(
+    ("added", "left", "after", "needed"),
+    [
+        ("resistance_error", 1.0, 0.0, True),
+        ("resistance_error", 1.3, 0.0, True),
+        ("resistance_error", 1.6, 0.0, False),
+        ("load_inertia_error", 1.0, 0.0, False),
+        ("resistance_error", 1.0, 6.0, False),
+    ],
+)
+def test_what_frees_a_strained_constant_earns_its_place(added, left, after, needed) -> None:
+    """A resistance 6 tolerances off is worth 144: more than structure of 0.3 x 300, not of 0.6.
+
+    By its own effect alone, and where no other constant is strained beside it.
+    """
+    fitter = _Fitter(3000)
+    keys = [key.split(".")[1] for key in fitter.sheet.keys]
+    resistance, inertia = keys.index("resistance"), keys.index("inertia")
+    jacobian = np.zeros((3, 3000))
+    jacobian[resistance], jacobian[inertia] = 50.0, 50.0 * np.resize([1.0, -1.0], 3000)
+    gap = np.full((1, 3000), 0.5)
+
+    def fitted(values, cost, **pulls) -> Fit:
+        off = np.array([pulls.get(key, 0.0) for key in keys])
+        return Fit(values, off, gap, cost, cost, left, (), (0, 1, 2), jacobian)
+
+    without = fitted({}, 1.0, resistance=6.0)
+    # Hardly closer: other constants shared what the resistance is off by.
+    assert earns(fitter, fitted({added: {}}, 0.99, inertia=after), without) == needed
 
 
 def test_products_of_long_rows_are_those_of_numpy() -> None:

@@ -25,6 +25,7 @@ from .judge.constancy import Inconstancy, without_effects, without_stand_ins
 from .judge.hidden import without_hidden
 from .judge.intervals import intervals
 from .judge.place import without_open_ended
+from .judge.strained import without_causes
 from .judge.tolerance import without_traces
 from .judge.verdict import (
     NAMED,
@@ -204,7 +205,8 @@ def assembled(found: Judged, source: str, drive_name: str) -> tuple[Diagnosis, F
     causes, at_bounds = _causes(found, chain, place, in_all, surplus)
     notes += at_bounds
     named = bool(causes) and min(one.confidence for one in causes) >= NAMED
-    helps = helped(in_all(alone), in_all(winner), white, place, gone(fitter, winner))
+    against = in_all(without_causes(competition, fitter))
+    helps = helped(against, in_all(winner), white, place, gone(fitter, winner))
     reason = undecided(causes) if helps and not named else ""
     named = named and helps
     if not named:
@@ -297,12 +299,13 @@ def _causes(
     tuned = settings(winner.names)
     own = settings_alone(tuned)
     causes, notes = [], []
-    previous = in_all(competition.sheet)
+    base = without_causes(competition, fitter)
+    previous = in_all(base)
     for name, fit in zip(order, chain, strict=True):
         now = in_all(fit)
         others = alternatives(competition, name)
         sure = confidence(place, len(others)) * (own if name in tuned else 1.0)
-        rest = in_all(competition.leave_one_out[name])
+        rest = in_all(base if len(chain) == 1 else competition.leave_one_out[name])
         parameters = []
         for quantity in CATALOGUE[name].reported:
             value = winner.values[name][quantity.name]

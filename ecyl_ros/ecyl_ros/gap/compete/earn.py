@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from ..fit.fit import Fit, Fitter
 from ..fit.robust import misfit
-from .strain import most_strained
+from .strain import STRAINED, effect_of, most_strained
 
 AT_FLOOR = 1.14  # times a perfect model's misfit: a model this close needs no further effect
 EXCUSED = 0.75  # of what can be gone must be, before noise round the loop may excuse the rest
@@ -47,9 +47,28 @@ def earns(fitter: Fitter, with_it: Fit, without: Fit) -> bool:
     """Whether the larger set lowers the misfit enough, on fitted and on held-out stretches."""
     if without.names and at_noise(fitter, without):
         return False
+    if relieves(fitter, with_it, without):
+        return True
     perfect = fitter.perfect_with(with_it.values)
     for after, before in ((with_it.fitted, without.fitted), (with_it.judged, without.judged)):
         floor = min(0.95 * perfect**2, after)
         if before - after < LEAST or (after - floor) > WORTH * (before - floor):
             return False
     return True
+
+
+def relieves(fitter: Fitter, with_it: Fit, without: Fit) -> bool:
+    """Whether the larger set frees a constant that the smaller one strains, and leaves none.
+
+    A constant far off its sheet may hardly show in the misfit: others that can nearly be exchanged
+    for it share its price. Structure bends the sheet as well: what is left above a perfect model
+    counts against the strain, in the same units.
+    """
+    strain = most_strained(without, fitter)
+    if strain is None or effect_of(strain.row, fitter) not in {*with_it.names} - {*without.names}:
+        return False
+    structure = max(without.left - fitter.perfect_with(without.values) ** 2, 0.0)
+    if strain.saved <= STRAINED + fitter.sheet.evidence * structure:
+        return False
+    closer = with_it.fitted < without.fitted and with_it.judged < without.judged
+    return closer and most_strained(with_it, fitter) is None

@@ -10,6 +10,7 @@ and an inductance, of which two have a name.
 
 from __future__ import annotations
 
+from ..compete.compete import Competition
 from ..compete.earn import AT_FLOOR
 from ..compete.strain import Strain, furthest
 from ..fit.fit import Fit, Fitter
@@ -24,3 +25,13 @@ def strained(fit: Fit, fitter: Fitter) -> Strain | None:
     if misfit(fit.left) > AT_FLOOR * fitter.perfect_with(fit.values):
         return None
     return furthest(fit, fitter, lambda row: fitter.sheet.keys[row] != _OF_THE_MODEL)
+
+
+def without_causes(competition: Competition, fitter: Fitter) -> Fit:
+    """What causes are measured against: the sheet alone, free within its tolerances.
+
+    The nominal model where the sheet alone closes the gap only with a constant far off it: that is
+    the gap itself, by another name.
+    """
+    alone = competition.sheet
+    return competition.nominal if strained(alone, fitter) is not None else alone
