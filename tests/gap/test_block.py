@@ -13,6 +13,7 @@ from ecyl_ros.drive.reference.spec import make_reference
 from ecyl_ros.drive.telemetry import simulation_recording
 from ecyl_ros.effects.effect import BLOCKS
 from ecyl_ros.gap.locate.block import _CONTROLLER, possible_blocks
+from ecyl_ros.gap.locate.controller_port import controller_check, delay_restores
 from ecyl_ros.gap.locate.locate import beside_the_loop, by_port
 from ecyl_ros.gap.replay.replay import Replay
 from ecyl_ros.gap.study.cylinder.cases import Case, record_case
@@ -86,6 +87,42 @@ def test_the_controllers_own_equation_holds_for_the_controller_that_it_is(kind) 
     own, other = off(drive), off(plain)
     assert own < _CONTROLLER
     assert other > max(_CONTROLLER, 1.5 * own)
+
+
+def test_a_feed_constant_within_its_tolerance_breaks_no_balance() -> None:
+    """Off by half of it, where an exact sheet says that the controller is another."""
+    plain = exact("bench")
+    off = dataclasses.replace(plain.controller, feed_scale=1.0001)
+    drive = dataclasses.replace(plain, controller=off)
+    reference = make_reference(MOVES, drive, 6.0)
+    run = simulate(drive, lambda index: reference.sample(index / drive.sample_rate), 6.0)
+    recording = simulation_recording(run, drive)
+
+    def ratio(tolerance: float | str) -> float:
+        sheet = {"all": "exact", "controller.feed_scale": tolerance}
+        check = controller_check(
+            Replay(recording, dataclasses.replace(plain, tolerances=sheet), "recording")
+        )
+        assert check is not None
+        return check.ratio
+
+    assert ratio("exact") > _CONTROLLER > ratio(2e-4)
+
+
+@pytest.mark.parametrize(
+    ("effects", "late"),
+    [
+        ({"measurement_delay": {"delay_s": 4e-4}}, True),
+        ({"x_command_filter": {"time_constant_s": 0.01}}, False),
+        ({"x_position_gain": {"kp": 30.0}}, False),
+    ],
+)
+def test_a_late_measurement_is_told_from_a_controller_set_up_otherwise(effects, late) -> None:
+    """Both break the controller's equation; a delay restores it where it is late alone."""
+    drive = exact("bench")
+    replay = Replay(record_case(Case(0, 9, "single", effects), drive), drive, "recording")
+    assert possible_blocks(by_port(replay)) == ("timing", "controller")
+    assert delay_restores(replay, _CONTROLLER) == late
 
 
 def test_noise_in_the_loop_breaks_no_balance() -> None:

@@ -16,6 +16,7 @@ from ..compete.compete import Competition
 from ..diagnosis import PortCheck
 from ..replay.evidence import gather
 from ..replay.replay import Replay
+from .controller_port import delay_restores
 from .injection import acts_on_load
 from .signature import (
     goes_with_acceleration,
@@ -27,8 +28,8 @@ from .signature import (
 )
 
 # Levels over the floor from which a balance counts as broken: `typical`, which impacts do not lift,
-# and RMS. A healthy drive shows 1.0 to 2.5 (electrical), 1.5, 2.0 (controller) and 1.0.
-_ELECTRICAL, _TORQUE, _CONTROLLER, _ROD = 4.5, 2.6, 2.4, 1.9
+# and RMS. A healthy drive shows 1.0 to 2.5 (electrical), 1.5, 0.7 to 1.35 (controller) and 1.0.
+_ELECTRICAL, _TORQUE, _CONTROLLER, _ROD = 4.5, 2.6, 1.6, 1.9
 _TORQUE_AT_TIMES = 60.0  # RMS: seldom, but then by far
 _LIMIT_AT_TIMES = 10.0
 _FLANK_MOVED, _FLANK_STAYED = 3.0, 1.5  # RMS of rod against rotor: a load moves the load
@@ -43,14 +44,13 @@ def possible_blocks(ports: Sequence[PortCheck]) -> Collection[str]:
     """Blocks that the port checks leave possible; all where they say nothing."""
     typical = {one.block: one.typical_ratio for one in ports}
     rms = {one.block: one.ratio for one in ports}
+    if typical.get("controller", 0.0) > _CONTROLLER:
+        return ("timing", "controller")
     needed = ("motor_electrical", "motor_mechanical", "transmission")
     if any(name not in typical for name in needed):
         return BLOCKS
     electrical, torque, rod = (typical[name] for name in needed)
-    controller = typical.get("controller", 0.0)
     if electrical > _ELECTRICAL and electrical > 0.4 * torque:
-        if controller > max(_CONTROLLER, 0.3 * electrical):
-            return ("timing", "controller")
         # A wrong current reading breaks both balances, each as far as the other.
         return ("sensor",) if torque > _TORQUE and torque > 0.4 * electrical else needed[:1]
     if torque > _TORQUE or rms["motor_mechanical"] > _TORQUE_AT_TIMES:
@@ -60,8 +60,6 @@ def possible_blocks(ports: Sequence[PortCheck]) -> Collection[str]:
         return turning if rms["transmission"] < _FLANK_STAYED else ("load", *turning)
     if rod > _ROD:
         return ("transmission", "sensor")
-    if controller > _CONTROLLER:
-        return ("timing", "controller")
     if rms["motor_mechanical"] > _LIMIT_AT_TIMES:
         return ("controller", "transmission")
     return ("timing", "transmission", "controller")
@@ -77,6 +75,8 @@ def unnamed_block(
         return min(best, key=lambda block: best[block]) if best else None
     if "controller" in possible and limit_reached(replay):
         return "controller"
+    if set(possible) == {"timing", "controller"}:
+        return "timing" if delay_restores(replay, _CONTROLLER) else "controller"
     evidence = gather(replay, {})
     (rod,) = (one for one in ports if one.block == "transmission")
     if rod.typical_ratio > _ROD and goes_with_encoder(evidence, rod.floor):
@@ -96,11 +96,9 @@ def unnamed_block(
     moved = set(possible) == {"transmission", "sensor"} or rod.ratio > _MOVED
     if at_times or (moved and "transmission" in possible):
         return "transmission"
-    # No limit holds. A controller set up otherwise breaks its own equation as a delay does; where
-    # that equation holds, what is left of it is its timing, and a delay of any kind would take
-    # something off.
-    broken = set(possible) == {"timing", "controller"}
-    tried = [block for block in possible if block in best and (broken or block != "controller")]
+    # No limit holds, and the controller's own equation does: what is left of it is its timing, and
+    # a delay of any kind would take something off.
+    tried = [block for block in possible if block in best and block != "controller"]
     if "transmission" in tried and best.get("timing", 0.0) > _NO_HELP * competition.sheet.judged:
         return "transmission"
     return min(tried, key=lambda block: best[block]) if tried else next(iter(possible), None)

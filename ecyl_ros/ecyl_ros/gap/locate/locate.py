@@ -11,16 +11,15 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.interpolate import CubicSpline
-from scipy.signal import savgol_filter, welch
+from scipy.signal import welch
 
-from ...drive.cascade import cascade_step, initial_cascade_state
-from ...drive.compiled import allocating
 from ..diagnosis import ConditionShare, PortCheck, SignalGap
 from ..fit.fit import Fit
+from ..fit.robust import typical_rms
 from ..replay.evidence import Smoother, gather
 from ..replay.replay import BoolArray, FloatArray, Replay
 from .conditions import near_reversal, shares, strongest_lines, widened
+from .controller_port import controller_check
 
 _LOW_SHARE = 0.05  # of the largest speed
 _HIGH_SHARE = 0.5  # of the largest torque or acceleration
@@ -105,25 +104,11 @@ def by_frequency(replay: Replay, gap: FloatArray) -> tuple[float, ...]:
     return strongest_lines(frequency, total, 4.0 * level)
 
 
-@allocating
-def _controller_voltage(reference, velocity, angle, speed, current, rod, params, state, out):
-    """The cascade fed with measured signals, tick by tick; fills `out` (float64[n]) with u_q."""
-    measured = np.zeros(7)
-    voltage = np.zeros(2)
-    for tick in range(out.shape[0]):
-        measured[0] = angle[tick]
-        measured[1] = speed[tick]
-        measured[2] = rod[tick]
-        measured[5] = current[tick]
-        cascade_step(state, reference[tick], velocity[tick], measured, params, voltage)
-        out[tick] = voltage[1]
-
-
 def by_port(replay: Replay) -> tuple[PortCheck, ...]:
     """Each block's own equation with measured signals at its ports, recorded less replayed."""
     return tuple(
         check
-        for check in (_controller(replay), *_physics(replay))
+        for check in (controller_check(replay), *_physics(replay))
         if check is not None and math.isfinite(check.rms)
     )
 
@@ -166,61 +151,9 @@ def pooled_ports(checks: Sequence[Sequence[PortCheck]]) -> tuple[PortCheck, ...]
     )
 
 
-def _controller(replay: Replay) -> PortCheck | None:
-    """The voltage that the nominal cascade would command on what was measured."""
-    signals = {
-        one.name: values for one, values in zip(replay.signals, replay.recorded, strict=True)
-    }
-    needed = ("rotor_position", "rotor_velocity", "current_q", "voltage_q")
-    if any(name not in signals or not np.isfinite(signals[name]).all() for name in needed):
-        return None
-    if replay.drive.controller.feedback == "rod" and "rod_position" not in signals:
-        return None
-    tick = 1.0 / replay.drive.controller.rate
-    ticks = np.arange(int(replay.time_s[-1] / tick)) * tick
-    fine = {
-        name: np.interp(ticks, replay.time_s, values)
-        for name, values in signals.items()
-        if np.isfinite(values).all()
-    }
-    # Smooth, as the drive's own controller follows it: corners at the samples would come out of a
-    # feedforward as spikes.
-    spline = CubicSpline(replay.time_s, replay.reference_m)
-    reference, velocity = spline(ticks), spline(ticks, 1)
-    params = replay.packed({})
-    out = np.empty(len(ticks))
-    _controller_voltage(
-        reference,
-        velocity,
-        fine["rotor_position"],
-        fine["rotor_velocity"],
-        fine["current_q"],
-        fine.get("rod_position", np.zeros(len(ticks))),
-        params,
-        initial_cascade_state(params),
-        out,
-    )
-    left = signals["voltage_q"] - np.interp(replay.time_s, ticks, out)
-    # Integrals fed with noise drift slowly; what the proportional paths give does not.
-    step = float(np.median(np.diff(replay.time_s)))
-    points = 2 * round(0.05 / step) + 1
-    if len(left) <= points:
-        return None
-    left = left - savgol_filter(left, points, 1)
-    stated = replay.proportional_noise_v
-    # Impacts between two samples are not in what the cascade is fed with here.
-    rms = _typical(left[replay.usable])
-    return PortCheck("controller", "voltage commanded on measured signals", "V", rms, stated)
-
-
-def _typical(left: FloatArray) -> float:
-    """RMS that the median of a normal distribution's square suggests."""
-    return float(np.sqrt(np.nanmedian(left**2) / 0.455))
-
-
 def _check(block: str, what: str, unit: str, left: FloatArray, floor: float) -> PortCheck:
     rms = float(np.sqrt(np.nanmean(left**2)))
-    return PortCheck(block, what, unit, rms, floor, _typical(left))
+    return PortCheck(block, what, unit, rms, floor, typical_rms(left))
 
 
 def _physics(replay: Replay) -> list[PortCheck]:

@@ -1,0 +1,192 @@
+"""The controller's own equation: the voltage that the nominal cascade commands on measured signals.
+
+Whatever the loop does, a healthy controller commands what its equation makes of what it measures.
+Integrals fed with noise drift; they are therefore held to what was commanded, by an observer whose
+innovation is the residual: what is slower than `_HELD_S` is taken up, the rest is left. What noise
+alone leaves is worked out the same way, on a healthy draw of the nominal machine. Of the data
+sheet the equation knows the feed constant alone, which is free within its tolerance.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
+from scipy.optimize import minimize_scalar
+
+from ...drive.cascade import cascade_step, initial_cascade_state
+from ...drive.compiled import allocating
+from ..compete.strain import STRAINED
+from ..diagnosis import PortCheck
+from ..fit.robust import robust_weights, typical_rms
+from ..replay.evidence import Smoother
+from ..replay.replay import Effects, FloatArray, Replay
+from ..sheet import PULL_PRICE, Sheet
+
+# Above the motion of a drive, below its loops: a shorter one takes up what a wrong setting leaves,
+# a longer one lets noise that is integrated twice grow over it.
+_HELD_S = 0.05
+_SETTLED = 5.0  # times that: what the integrals were at the first sample is forgotten
+_FEED = "controller.feed_scale"
+_ROUNDS = 10  # of reweighted least squares
+_LONGEST_DELAY_S = 0.02
+_DELAYS = 13  # that are tried before the best is looked for between its neighbours
+
+Signals = Mapping[str, FloatArray]
+
+
+def controller_check(replay: Replay) -> PortCheck | None:
+    """What the controller's equation leaves; None where a signal that it needs was not recorded."""
+    recorded = _complete(replay)
+    if recorded is None:
+        return None
+    rms = _typical_of(replay, _with_feed_free(replay, recorded))
+    what = "voltage commanded on measured signals"
+    return PortCheck("controller", what, "V", rms, _noise_alone(replay))
+
+
+def delay_restores(replay: Replay, ratio: float) -> bool:
+    """Whether the balance holds, below `ratio`, once measured signals reach the loop later."""
+    return all(_late(one, ratio) for one in replay.parts)
+
+
+def _late(replay: Replay, ratio: float) -> bool:
+    recorded = _complete(replay)
+    if recorded is None:
+        return False
+    allowed = ratio * _noise_alone(replay)
+
+    def off(delay_s: float) -> float:
+        late = {"measurement_delay": {"delay_s": delay_s}}
+        return _typical_of(replay, _with_feed_free(replay, recorded, late)) / allowed
+
+    tried = np.geomspace(0.1 / replay.drive.controller.rate, _LONGEST_DELAY_S, _DELAYS)
+    best = int(np.argmin([off(float(one)) for one in tried]))
+    around = tried[max(best - 1, 0)], tried[min(best + 1, _DELAYS - 1)]
+    found = minimize_scalar(off, bounds=around, method="bounded", options={"maxiter": 20})
+    return float(found.fun) < 1.0
+
+
+def _noise_alone(replay: Replay) -> float:
+    """What a healthy draw of the nominal machine leaves, V."""
+    names = [one.name for one in replay.signals]
+    healthy = replay.simulate({}) + replay.healthy * replay.floor[:, None]
+    drawn = dict(zip(names, healthy, strict=True))
+    return max(_typical_of(replay, _with_feed_free(replay, drawn)), 1e-12)
+
+
+def _complete(replay: Replay) -> dict[str, FloatArray] | None:
+    """{signal: float64[n]} of those recorded whole; None if the controller needs another."""
+    names = [one.name for one in replay.signals]
+    rows = zip(names, replay.recorded, strict=True)
+    found = {name: row for name, row in rows if np.isfinite(row).all()}
+    needed = {"rotor_position", "rotor_velocity", "current_q", "voltage_q"}
+    if replay.drive.controller.feedback == "rod":
+        needed.add("rod_position")
+    return found if needed <= found.keys() else None
+
+
+def _typical_of(replay: Replay, left: FloatArray) -> float:
+    """RMS that the median suggests; impacts between samples are not in what the cascade is fed."""
+    rows = replay.usable & (replay.time_s >= replay.time_s[0] + _SETTLED * _HELD_S)
+    smooth = Smoother(replay.time_s)(left)
+    return typical_rms(smooth[rows if rows.any() else replay.usable])
+
+
+def _with_feed_free(replay: Replay, signals: Signals, effects: Effects | None = None) -> FloatArray:
+    """What is left with the feed constant that leaves least, as far off as one of a sound sheet."""
+    sheet = Sheet.of(replay.nominal, float(replay.time_s[-1]))
+    if _FEED not in sheet.keys:
+        return _left(replay, signals, effects)
+    pulls = sheet.at_nominal
+    row = sheet.keys.index(_FEED)
+    pulls[row] = 1.0
+    # In proportion without limits: a reference that is off winds the integrals up to them.
+    left, other = (
+        _left(one, signals, effects, limited=False)
+        for one in (replay, replay.at(sheet.constants(pulls)))
+    )
+    slope = other - left
+    rows = replay.usable
+    found = 0.0
+    for _ in range(_ROUNDS):
+        rest = left + found * slope
+        weight = robust_weights(rest[rows] / max(typical_rms(rest[rows]), 1e-12))
+        found = -float(weight @ (slope[rows] * left[rows]))
+        found /= max(float(weight @ slope[rows] ** 2), 1e-300)
+    most = math.sqrt(STRAINED / PULL_PRICE)
+    pulls[row] = min(max(found, -most), most)
+    return _left(replay.at(sheet.constants(pulls)), signals, effects)
+
+
+def _left(
+    replay: Replay, signals: Signals, effects: Effects | None = None, *, limited: bool = True
+) -> FloatArray:
+    """Recorded less commanded voltage at the recording's stamps, V."""
+    tick = 1.0 / replay.drive.controller.rate
+    ticks = np.arange(int(replay.time_s[-1] / tick)) * tick
+    fed = {name: np.interp(ticks, replay.time_s, values) for name, values in signals.items()}
+    # Smooth, as the drive's own controller follows it: corners at the samples would come out of a
+    # feedforward as spikes.
+    spline = CubicSpline(replay.time_s, replay.reference_m)
+    params = replay.packed(effects or {})
+    if not limited:
+        for limit in ("speed_limit", "current_limit", "voltage_limit"):
+            params[limit] = math.inf
+    left = np.empty(len(ticks))
+    _innovation(
+        spline(ticks),
+        spline(ticks, 1),
+        fed["rotor_position"],
+        fed["rotor_velocity"],
+        fed["current_q"],
+        fed.get("rod_position", np.zeros(len(ticks))),
+        fed["voltage_q"],
+        _observer(params),
+        params,
+        initial_cascade_state(params),
+        left,
+    )
+    return np.interp(replay.time_s, ticks, left)
+
+
+def _observer(params: NDArray[np.void]) -> FloatArray:
+    """What each integral is corrected by in a tick for a volt of innovation: float64[3].
+
+    An error a of the current loop's integral part (V) and b of the current asked for (A) make an
+    innovation of a + kp b, and a grows by ki b: both poles are put at -1 / `_HELD_S`.
+    """
+    p = {name: float(params[name][0]) for name in ("tick", "current_kp", "current_ki")}
+    outer = 0 if float(params["position_to_current"][0]) else 1
+    slope = float(params["position_ki" if outer == 0 else "speed_ki"][0])
+    kp, ki, per = p["current_kp"], p["current_ki"], 1.0 / _HELD_S
+    found = np.zeros(3)
+    if slope > 0.0 and ki > 0.0:
+        found[outer] = per**2 / ki / slope
+        found[2] = max(2.0 * per - kp * per**2 / ki, 0.0) / ki
+    elif ki > 0.0:
+        found[2] = per / ki
+    elif slope > 0.0 and kp > 0.0:
+        found[outer] = per / kp / slope
+    return p["tick"] * found
+
+
+@allocating
+def _innovation(
+    reference, velocity, angle, speed, current, rod, commanded, observer, params, state, left
+):
+    """The cascade fed with measured signals, tick by tick; fills `left` (float64[n]), V."""
+    measured = np.zeros(7)
+    voltage = np.zeros(2)
+    for tick in range(left.shape[0]):
+        measured[0] = angle[tick]
+        measured[1] = speed[tick]
+        measured[2] = rod[tick]
+        measured[5] = current[tick]
+        cascade_step(state, reference[tick], velocity[tick], measured, params, voltage)
+        left[tick] = commanded[tick] - voltage[1]
+        for one in range(3):
+            state[0][one] += observer[one] * left[tick]
