@@ -12,7 +12,7 @@ from ecyl_ros.drive.parameters import Gains, PositionGains
 from ecyl_ros.drive.reference.spec import make_reference
 from ecyl_ros.drive.telemetry import simulation_recording
 from ecyl_ros.effects.effect import BLOCKS
-from ecyl_ros.gap.locate.block import _CONTROLLER, possible_blocks
+from ecyl_ros.gap.locate.block import CONTROLLER_BROKEN, possible_blocks
 from ecyl_ros.gap.locate.controller_port import controller_check, delay_restores
 from ecyl_ros.gap.locate.locate import beside_the_loop, by_port
 from ecyl_ros.gap.replay.replay import Replay
@@ -85,8 +85,8 @@ def test_the_controllers_own_equation_holds_for_the_controller_that_it_is(kind) 
         return found["controller"].typical_ratio
 
     own, other = off(drive), off(plain)
-    assert own < _CONTROLLER
-    assert other > max(_CONTROLLER, 1.5 * own)
+    assert own < CONTROLLER_BROKEN
+    assert other > max(CONTROLLER_BROKEN, 1.5 * own)
 
 
 def test_a_feed_constant_within_its_tolerance_breaks_no_balance() -> None:
@@ -106,7 +106,16 @@ def test_a_feed_constant_within_its_tolerance_breaks_no_balance() -> None:
         assert check is not None
         return check.ratio
 
-    assert ratio("exact") > _CONTROLLER > ratio(2e-4)
+    assert ratio("exact") > CONTROLLER_BROKEN > ratio(2e-4)
+
+
+def test_a_load_that_rattles_between_samples_is_no_fault_of_the_controller() -> None:
+    """A force of 120 N at 28 Hz: ten ticks to a sample, and impacts in between."""
+    effects = {"periodic_disturbance": {"amplitude_n": 120.0, "frequency_hz": 28.0}}
+    drive = exact("bench")
+    replay = Replay(record_case(Case(0, 9, "single", effects), drive), drive, "recording")
+    check = controller_check(replay)
+    assert check is not None and check.ratio < CONTROLLER_BROKEN
 
 
 @pytest.mark.parametrize(
@@ -122,7 +131,7 @@ def test_a_late_measurement_is_told_from_a_controller_set_up_otherwise(effects, 
     drive = exact("bench")
     replay = Replay(record_case(Case(0, 9, "single", effects), drive), drive, "recording")
     assert possible_blocks(by_port(replay)) == ("timing", "controller")
-    assert delay_restores(replay, _CONTROLLER) == late
+    assert delay_restores(replay, CONTROLLER_BROKEN) == late
 
 
 def test_noise_in_the_loop_breaks_no_balance() -> None:

@@ -3,8 +3,9 @@
 Whatever the loop does, a healthy controller commands what its equation makes of what it measures.
 Integrals fed with noise drift; they are therefore held to what was commanded, by an observer whose
 innovation is the residual: what is slower than `_HELD_S` is taken up, the rest is left. What noise
-alone leaves is worked out the same way, on a healthy draw of the nominal machine. Of the data
-sheet the equation knows the feed constant alone, which is free within its tolerance.
+alone leaves is worked out the same way, on a healthy draw of the nominal machine; what happens
+between samples (a load that rattles), by leaving out every other one. Of the data sheet the
+equation knows the feed constant alone, which is free within its tolerance.
 """
 
 from __future__ import annotations
@@ -45,7 +46,7 @@ def controller_check(replay: Replay) -> PortCheck | None:
         return None
     rms = _typical_of(replay, _with_feed_free(replay, recorded))
     what = "voltage commanded on measured signals"
-    return PortCheck("controller", what, "V", rms, _noise_alone(replay))
+    return PortCheck("controller", what, "V", rms, _floor(replay, recorded))
 
 
 def delay_restores(replay: Replay, ratio: float) -> bool:
@@ -57,7 +58,7 @@ def _late(replay: Replay, ratio: float) -> bool:
     recorded = _complete(replay)
     if recorded is None:
         return False
-    allowed = ratio * _noise_alone(replay)
+    allowed = ratio * _floor(replay, recorded)
 
     def off(delay_s: float) -> float:
         late = {"measurement_delay": {"delay_s": delay_s}}
@@ -70,12 +71,27 @@ def _late(replay: Replay, ratio: float) -> bool:
     return float(found.fun) < 1.0
 
 
-def _noise_alone(replay: Replay) -> float:
-    """What a healthy draw of the nominal machine leaves, V."""
+def _floor(replay: Replay, recorded: Signals) -> float:
+    """What a healthy controller leaves, V.
+
+    As much as on a healthy draw of the nominal machine, and what more happens between the samples
+    than there.
+    """
     names = [one.name for one in replay.signals]
     healthy = replay.simulate({}) + replay.healthy * replay.floor[:, None]
     drawn = dict(zip(names, healthy, strict=True))
-    return max(_typical_of(replay, _with_feed_free(replay, drawn)), 1e-12)
+    noise = _typical_of(replay, _with_feed_free(replay, drawn))
+    missed, usual = (_missed(replay, signals) for signals in (recorded, drawn))
+    return max(math.sqrt(noise**2 + max(missed**2 - usual**2, 0.0)), 1e-12)
+
+
+def _missed(replay: Replay, signals: Signals) -> float:
+    """What the samples miss between them, V.
+
+    Interpolation errs with the square of their distance: by a third of what half of them change.
+    """
+    whole, half = (_left(replay, signals, limited=False, every=every) for every in (1, 2))
+    return _typical_of(replay, half - whole) / 3.0
 
 
 def _complete(replay: Replay) -> dict[str, FloatArray] | None:
@@ -123,12 +139,18 @@ def _with_feed_free(replay: Replay, signals: Signals, effects: Effects | None = 
 
 
 def _left(
-    replay: Replay, signals: Signals, effects: Effects | None = None, *, limited: bool = True
+    replay: Replay,
+    signals: Signals,
+    effects: Effects | None = None,
+    *,
+    limited: bool = True,
+    every: int = 1,
 ) -> FloatArray:
-    """Recorded less commanded voltage at the recording's stamps, V."""
+    """Recorded less commanded voltage at the recording's stamps, V; of every so many samples."""
     tick = 1.0 / replay.drive.controller.rate
     ticks = np.arange(int(replay.time_s[-1] / tick)) * tick
-    fed = {name: np.interp(ticks, replay.time_s, values) for name, values in signals.items()}
+    kept = replay.time_s[::every]
+    fed = {name: np.interp(ticks, kept, values[::every]) for name, values in signals.items()}
     # Smooth, as the drive's own controller follows it: corners at the samples would come out of a
     # feedforward as spikes.
     spline = CubicSpline(replay.time_s, replay.reference_m)
@@ -144,7 +166,7 @@ def _left(
         fed["rotor_velocity"],
         fed["current_q"],
         fed.get("rod_position", np.zeros(len(ticks))),
-        fed["voltage_q"],
+        np.interp(ticks, replay.time_s, signals["voltage_q"]),
         _observer(params),
         params,
         initial_cascade_state(params),
