@@ -31,7 +31,7 @@ from .signature import (
 # and RMS. A healthy drive shows 1.0 to 2.5 (electrical), 1.5 and 1.0; see
 # benchmarks/controller_port.py for the controller's.
 _ELECTRICAL, _TORQUE, _ROD = 4.5, 2.6, 1.9
-CONTROLLER_BROKEN = 1.6
+CONTROLLER_BROKEN = 1.5
 _TORQUE_AT_TIMES = 60.0  # RMS: seldom, but then by far
 _LIMIT_AT_TIMES = 10.0
 _FLANK_MOVED, _FLANK_STAYED = 3.0, 1.5  # RMS of rod against rotor: a load moves the load
