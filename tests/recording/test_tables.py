@@ -179,6 +179,11 @@ def test_without_a_map_a_foreign_table_asks_for_one(tmp_path: Path) -> None:
         ("", {}, "is empty"),
         ("t,pos\n,1\n,2\n", {}, "no row has a number in t"),
         ("t,pos\n1e12,1\n2e12,2\n", {}, "expected a time"),
+        (
+            "\n".join(",".join(["0.5"] * 300) for _ in range(3)),
+            {},
+            "3 rows of 300 columns, expected a signal in each column: transpose the table",
+        ),
     ],
 )
 def test_tables_that_cannot_be_read_are_refused(

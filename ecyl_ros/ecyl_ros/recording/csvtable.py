@@ -20,6 +20,7 @@ from .signals import FloatArray
 from .units import dimension_of
 
 _MOST_COLUMNS = 4096
+_LYING = 50  # columns to a row: a table that has its signals in rows
 _ALIKE = 20  # last lines that are compared
 _COMMA_NUMBER = re.compile(r"[+-]?\d*,\d+([eE][+-]?\d+)?$")
 _POINT_NUMBER = re.compile(r"[+-]?\d*\.\d+([eE][+-]?\d+)?$")
@@ -152,6 +153,11 @@ class CsvTable:
                     begins = 2
         if not self.names:
             self.names = [name_of(i + 1) for i in range(len(row))]
+        if at >= len(head) < 4 * LONGEST_LINE and len(self.names) > _LYING * len(lines):
+            raise InputError(
+                f"{self.path}: {len(lines)} rows of {len(self.names)} columns, expected a signal "
+                "in each column: transpose the table"
+            )
         if len(self.names) > _MOST_COLUMNS:
             raise InputError(
                 f"{self.path}: {len(self.names)} columns, expected {_MOST_COLUMNS} at most"
