@@ -190,6 +190,7 @@ class _Compared(Replay):
         stated = declared_noise(drive)
         self.proportional_noise_v = max(stated["voltage_q"], 1e-12)
         self.loop_share = 1.0
+        self._shaking = None
         if self.signals:
             self.floor = self._settle_floor(stated)
             for row, one in enumerate(self.signals):
@@ -211,6 +212,14 @@ class _Compared(Replay):
         """The same, all columns; nothing can be put on what has run."""
         return self._simulated.T
 
+    def healthy_signals(self) -> FloatArray:
+        """What the noisy twin gave; white noise on the silent one where the loop is quiet."""
+        columns = [one.column for one in self.signals]
+        if self._noise.any():
+            return (self._simulated + self._noise)[:, columns].T
+        drawn = np.random.default_rng(1).standard_normal(self.recorded.shape)
+        return self._simulated[:, columns].T + drawn * self.floor[:, None]
+
     @property
     def reference_m(self) -> FloatArray:
         """The rod position asked for."""
@@ -222,8 +231,7 @@ class _Compared(Replay):
         The offline floors leave out what noise does round the loop; here the noisy twin shows it.
         """
         healthy = copy.copy(self)
-        columns = [one.column for one in self.signals]
-        healthy.recorded = (self._simulated + self._noise)[:, columns].T
+        healthy.recorded = self.healthy_signals()
         alone = {one.block: one for one in by_port(healthy)}
         found = []
         for one in by_port(self):

@@ -78,8 +78,7 @@ def _floor(replay: Replay, recorded: Signals) -> float:
     than there.
     """
     names = [one.name for one in replay.signals]
-    healthy = replay.simulate({}) + replay.healthy * replay.floor[:, None]
-    drawn = dict(zip(names, healthy, strict=True))
+    drawn = dict(zip(names, replay.healthy_signals(), strict=True))
     noise = _typical_of(replay, _with_feed_free(replay, drawn))
     missed, usual = (_missed(replay, signals) for signals in (recorded, drawn))
     return max(math.sqrt(noise**2 + max(missed**2 - usual**2, 0.0)), 1e-12)

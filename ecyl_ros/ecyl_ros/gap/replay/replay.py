@@ -373,6 +373,10 @@ class Replay:
         left: FloatArray = (noisy - self.simulate(effects)) / self.floor[:, None]
         return left
 
+    def healthy_signals(self) -> FloatArray:
+        """What a sound nominal machine would have recorded, float64[signals, n], SI: one draw."""
+        return self.simulate({}) + self.healthy * self.floor[:, None]
+
     @property
     def noise_in_loop(self) -> bool:
         """Whether enough of the stated noise goes round the recorded loop to be reckoned with."""
