@@ -179,6 +179,7 @@ def test_without_a_map_a_foreign_table_asks_for_one(tmp_path: Path) -> None:
         ("", {}, "is empty"),
         ("t,pos\n,1\n,2\n", {}, "no row has a number in t"),
         ("t,pos\n1e12,1\n2e12,2\n", {}, "expected a time"),
+        ("t,pos\r0,1\r1,2\r", {}, "a carriage return within a line"),
         (
             "\n".join(",".join(["0.5"] * 300) for _ in range(3)),
             {},

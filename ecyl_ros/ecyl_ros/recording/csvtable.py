@@ -269,6 +269,11 @@ class CsvTable:
     def _cells(self, line: str) -> list[str]:
         if self.delimiter == " ":
             return line.split()
+        if "\r" in line.rstrip("\r"):
+            raise InputError(
+                f"{self.path}: a carriage return within a line, expected lines that end in a line "
+                "feed (save it so)"
+            )
         try:
             rows = list(csv.reader([line], delimiter=self.delimiter, skipinitialspace=True))
         except csv.Error as error:
