@@ -12,6 +12,7 @@ from scipy.interpolate import CubicSpline
 
 from ..errors import InputError
 from .clocks import ClockFit, ClockMeter, longest_run, steadied
+from .held import fresh_rows
 from .signals import FloatArray, Recording, StampArray
 
 BRIDGED = 5.0  # steps; a shorter pause is filled in, a longer one stays a gap
@@ -82,6 +83,14 @@ class Stream:
             keep = np.ones(self.stamps_ns.size, dtype=bool)
             keep[again] = False
             self.keep(keep)
+        fresh = fresh_rows(self.signals)
+        if fresh is not None:
+            apart_s = float(np.median(np.diff(self.stamps_ns[fresh]))) * 1e-9
+            self.notes.append(
+                f"{self.name}: the position is new only every {1e3 * apart_s:.3g} ms: the rows "
+                "between, which repeat it, are left out (log it as often as the others)"
+            )
+            self.keep(fresh)
 
 
 def aligned(streams: list[Stream], *, source: str, gap_s: float | None = None) -> Recording:
