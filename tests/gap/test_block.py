@@ -98,15 +98,16 @@ def test_a_feed_constant_within_its_tolerance_breaks_no_balance() -> None:
     run = simulate(drive, lambda index: reference.sample(index / drive.sample_rate), 6.0)
     recording = simulation_recording(run, drive)
 
-    def ratio(tolerance: float | str) -> float:
+    def ratio(tolerance: float | str, found: float = 1.0) -> float:
         sheet = {"all": "exact", "controller.feed_scale": tolerance}
-        check = controller_check(
-            Replay(recording, dataclasses.replace(plain, tolerances=sheet), "recording")
-        )
+        replay = Replay(recording, dataclasses.replace(plain, tolerances=sheet), "recording")
+        check = controller_check(replay.at({"controller.feed_scale": found}))
         assert check is not None
         return check.ratio
 
     assert ratio("exact") > CONTROLLER_BROKEN > ratio(2e-4)
+    # A fit that has found half of it starts from there.
+    assert ratio(2e-4, found=1.00005) == pytest.approx(ratio(2e-4), rel=0.1)
 
 
 def test_a_load_that_rattles_between_samples_is_no_fault_of_the_controller() -> None:

@@ -114,16 +114,18 @@ def _typical_of(replay: Replay, left: FloatArray) -> float:
 def _with_feed_free(replay: Replay, signals: Signals, effects: Effects | None = None) -> FloatArray:
     """What is left with the feed constant that leaves least, as far off as one of a sound sheet."""
     sheet = Sheet.of(replay.nominal, float(replay.time_s[-1]))
-    if _FEED not in sheet.keys:
+    row = sheet.index(_FEED)
+    if row is None:
         return _left(replay, signals, effects)
     pulls = sheet.at_nominal
-    row = sheet.keys.index(_FEED)
-    pulls[row] = 1.0
+
+    def at(pull: float) -> Replay:
+        """From the nominal one on, whatever a fit has found it to be."""
+        pulls[row] = pull
+        return replay.at({_FEED: float(sheet.values(pulls)[row])})
+
     # In proportion without limits: a reference that is off winds the integrals up to them.
-    left, other = (
-        _left(one, signals, effects, limited=False)
-        for one in (replay, replay.at(sheet.constants(pulls)))
-    )
+    left, other = (_left(at(pull), signals, effects, limited=False) for pull in (0.0, 1.0))
     slope = other - left
     rows = replay.usable
     found = 0.0
@@ -133,8 +135,7 @@ def _with_feed_free(replay: Replay, signals: Signals, effects: Effects | None = 
         found = -float(weight @ (slope[rows] * left[rows]))
         found /= max(float(weight @ slope[rows] ** 2), 1e-300)
     most = math.sqrt(STRAINED / PULL_PRICE)
-    pulls[row] = min(max(found, -most), most)
-    return _left(replay.at(sheet.constants(pulls)), signals, effects)
+    return _left(at(min(max(found, -most), most)), signals, effects)
 
 
 def _left(
