@@ -202,10 +202,10 @@ def assembled(found: Judged, source: str, drive_name: str) -> tuple[Diagnosis, F
     noise = fitter.noise_with(winner)
     floor = pooled(replay, noise)
     surplus = max(before - floor, 1e-12)
-    causes, at_bounds = _causes(found, chain, place, in_all, surplus)
+    against = in_all(without_causes(competition, fitter))
+    causes, at_bounds = _causes(found, chain, place, in_all, against, surplus)
     notes += at_bounds
     named = bool(causes) and min(one.confidence for one in causes) >= NAMED
-    against = in_all(without_causes(competition, fitter))
     helps = helped(against, in_all(winner), white, place, gone(fitter, winner))
     reason = undecided(causes) if helps and not named else ""
     named = named and helps
@@ -281,12 +281,13 @@ def _causes(
     chain: Sequence[Fit],
     place: Standing,
     in_all: Callable[[Fit], float],
+    against: float,
     surplus: float,
 ) -> tuple[list[Cause], list[str]]:
     """The winner's effects as causes, in the order that they earn their place, and remarks.
 
     chain: fits as they are added, one a cause. in_all: what a fit leaves on held-out stretches.
-    surplus: what stands above the floor.
+    against: the same without causes. surplus: what stands above the floor.
     """
     fitter, competition = found.fitter, found.competition
     winner = competition.winner
@@ -299,13 +300,12 @@ def _causes(
     tuned = settings(winner.names)
     own = settings_alone(tuned)
     causes, notes = [], []
-    base = without_causes(competition, fitter)
-    previous = in_all(base)
+    previous = against
     for name, fit in zip(order, chain, strict=True):
         now = in_all(fit)
         others = alternatives(competition, name)
         sure = confidence(place, len(others)) * (own if name in tuned else 1.0)
-        rest = in_all(base if len(chain) == 1 else competition.leave_one_out[name])
+        rest = against if len(chain) == 1 else in_all(competition.leave_one_out[name])
         parameters = []
         for quantity in CATALOGUE[name].reported:
             value = winner.values[name][quantity.name]

@@ -83,6 +83,9 @@ class Stream:
             keep = np.ones(self.stamps_ns.size, dtype=bool)
             keep[again] = False
             self.keep(keep)
+
+    def freshen(self) -> None:
+        """Leave out rows that repeat a position which is refreshed more slowly than the others."""
         fresh = fresh_rows(self.signals)
         if fresh is not None:
             apart_s = float(np.median(np.diff(self.stamps_ns[fresh]))) * 1e-9
@@ -115,6 +118,7 @@ def aligned(streams: list[Stream], *, source: str, gap_s: float | None = None) -
     notes: list[str] = []
     for one in streams:
         one.tidy()
+        one.freshen()
     base = _base(streams)
     _one_clock(streams, base)
     for one in streams:

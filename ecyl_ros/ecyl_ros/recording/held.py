@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 
 from .signals import FloatArray
 
-_SLOW = 3  # rows from one new value to the next, at the least
+SLOW = 3  # rows from one new value to the next, at the least
 _REGULAR = 0.8  # share of the values that last as long as usual, a row or a quarter more or less
-_FEWEST = 20  # new values that say how long is usual
+FEWEST = 20  # new values that say how long is usual
 _STEPS = 3.0  # of the smallest kind, that values leap by: else they wait for rounding
-_EQUAL = 1e-9  # of their range, that steps may differ by and be one
+EQUAL = 1e-9  # of their range, that steps may differ by and be one
 
 
 def fresh_rows(signals: Mapping[str, FloatArray]) -> NDArray[np.intp] | None:
@@ -43,16 +43,22 @@ def _new(values: FloatArray) -> NDArray[np.intp] | None:
     known = np.flatnonzero(np.isfinite(values))
     steps = np.abs(np.diff(values[known]))
     changed = np.flatnonzero(steps > 0.0)
-    if changed.size <= _FEWEST:
+    if changed.size <= FEWEST:
         return None
     new: NDArray[np.intp] = known[changed + 1]
-    lasts = np.diff(new)
-    usual = float(np.median(lasts))
     leaps = steps[changed]
-    smallest = float(leaps[leaps > _EQUAL * np.ptp(values[known])].min(initial=np.inf))
+    smallest = float(leaps[leaps > EQUAL * np.ptp(values[known])].min(initial=np.inf))
+    return new if held(np.diff(new), leaps, smallest, _REGULAR) else None
+
+
+def held(lasts: NDArray[np.intp], leaps: FloatArray, smallest: float, share: float) -> bool:
+    """Whether a signal is held, each value for as many rows.
+
+    lasts: rows from one new value to the next. leaps: between them; smallest: of their kind. share:
+    of the values that last as long as usual, at the least.
+    """
+    usual = float(np.median(lasts))
     regular = np.abs(lasts - usual) <= max(1.0, 0.25 * usual)
-    # A coarse encoder that turns evenly waits for its next count, as regularly.
+    # What is coarse (an encoder that turns evenly, a relay) waits as regularly for its next step.
     coarse = float(np.median(leaps)) < _STEPS * smallest
-    if usual < _SLOW or coarse or float(np.mean(regular)) < _REGULAR:
-        return None
-    return new
+    return usual >= SLOW and not coarse and float(np.mean(regular)) >= share

@@ -14,7 +14,7 @@ from ...drive.parameters import DriveParameters
 from ...recording.signals import Recording
 from ..diagnosis import ConditionShare, PortCheck
 from ..locate.block import possible_blocks
-from ..locate.locate import by_condition, by_port
+from ..locate.locate import balances, by_condition, by_port
 from ..replay.replay import NOMINAL, SIGNALS, Constants, Effects, FloatArray, Replay
 from ..replay.sensor_noise import declared_noise, silent
 from .streams import StampArray
@@ -232,7 +232,8 @@ class _Compared(Replay):
         """
         healthy = copy.copy(self)
         healthy.recorded = self.healthy_signals()
-        alone = {one.block: one for one in by_port(healthy)}
+        # The controller's floor is such already.
+        alone = {one.block: one for one in balances(healthy)}
         found = []
         for one in by_port(self):
             noise = alone.get(one.block)

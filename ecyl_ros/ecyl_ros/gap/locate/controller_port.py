@@ -44,9 +44,10 @@ def controller_check(replay: Replay) -> PortCheck | None:
     recorded = _complete(replay)
     if recorded is None:
         return None
-    rms = _typical_of(replay, _with_feed_free(replay, recorded))
+    equation = _Equation(replay)
+    rms = equation.typical(equation.with_feed_free(equation.fed(recorded)))
     what = "voltage commanded on measured signals"
-    return PortCheck("controller", what, "V", rms, _floor(replay, recorded))
+    return PortCheck("controller", what, "V", rms, equation.floor(recorded))
 
 
 def delay_restores(replay: Replay, ratio: float) -> bool:
@@ -58,39 +59,19 @@ def _late(replay: Replay, ratio: float) -> bool:
     recorded = _complete(replay)
     if recorded is None:
         return False
-    allowed = ratio * _floor(replay, recorded)
+    equation = _Equation(replay)
+    allowed = ratio * equation.floor(recorded)
+    fed = equation.fed(recorded)
 
     def off(delay_s: float) -> float:
         late = {"measurement_delay": {"delay_s": delay_s}}
-        return _typical_of(replay, _with_feed_free(replay, recorded, late)) / allowed
+        return equation.typical(equation.with_feed_free(fed, late)) / allowed
 
     tried = np.geomspace(0.1 / replay.drive.controller.rate, _LONGEST_DELAY_S, _DELAYS)
     best = int(np.argmin([off(float(one)) for one in tried]))
     around = tried[max(best - 1, 0)], tried[min(best + 1, _DELAYS - 1)]
     found = minimize_scalar(off, bounds=around, method="bounded", options={"maxiter": 20})
     return float(found.fun) < 1.0
-
-
-def _floor(replay: Replay, recorded: Signals) -> float:
-    """What a healthy controller leaves, V.
-
-    As much as on a healthy draw of the nominal machine, and what more happens between the samples
-    than there.
-    """
-    names = [one.name for one in replay.signals]
-    drawn = dict(zip(names, replay.healthy_signals(), strict=True))
-    noise = _typical_of(replay, _with_feed_free(replay, drawn))
-    missed, usual = (_missed(replay, signals) for signals in (recorded, drawn))
-    return max(math.sqrt(noise**2 + max(missed**2 - usual**2, 0.0)), 1e-12)
-
-
-def _missed(replay: Replay, signals: Signals) -> float:
-    """What the samples miss between them, V.
-
-    Interpolation errs with the square of their distance: by a third of what half of them change.
-    """
-    whole, half = (_left(replay, signals, limited=False, every=every) for every in (1, 2))
-    return _typical_of(replay, half - whole) / 3.0
 
 
 def _complete(replay: Replay) -> dict[str, FloatArray] | None:
@@ -104,75 +85,108 @@ def _complete(replay: Replay) -> dict[str, FloatArray] | None:
     return found if needed <= found.keys() else None
 
 
-def _typical_of(replay: Replay, left: FloatArray) -> float:
-    """RMS that the median suggests; impacts between samples are not in what the cascade is fed."""
-    rows = replay.usable & (replay.time_s >= replay.time_s[0] + _SETTLED * _HELD_S)
-    smooth = Smoother(replay.time_s)(left)
-    return typical_rms(smooth[rows if rows.any() else replay.usable])
+class _Equation:
+    """The equation of a replay's controller, to be fed with signals at its ticks."""
+
+    def __init__(self, replay: Replay) -> None:
+        self._replay = replay
+        self._sheet = Sheet.of(replay.nominal, float(replay.time_s[-1]))
+        self._row = self._sheet.index(_FEED)
+        tick = 1.0 / replay.drive.controller.rate
+        self._ticks = np.arange(int(replay.time_s[-1] / tick)) * tick
+        # Smooth, as the drive's own controller follows it: corners at the samples would come out
+        # of a feedforward as spikes.
+        spline = CubicSpline(replay.time_s, replay.reference_m)
+        self._reference, self._velocity = spline(self._ticks), spline(self._ticks, 1)
+        settled = replay.usable & (replay.time_s >= replay.time_s[0] + _SETTLED * _HELD_S)
+        self._settled = settled if settled.any() else replay.usable
+
+    def fed(self, signals: Signals, every: int = 1) -> Signals:
+        """Signals at the ticks, what is measured out of every so many samples alone."""
+        time_s = self._replay.time_s
+        kept = time_s[::every]
+        found = {
+            name: np.interp(self._ticks, kept, values[::every]) for name, values in signals.items()
+        }
+        if every > 1:
+            found["voltage_q"] = np.interp(self._ticks, time_s, signals["voltage_q"])
+        return found
+
+    def typical(self, left: FloatArray) -> float:
+        """RMS that the median suggests; impacts between samples are not in what is fed."""
+        return typical_rms(Smoother(self._replay.time_s)(left)[self._settled])
+
+    def floor(self, recorded: Signals) -> float:
+        """What a healthy controller leaves, V.
+
+        As much as on a healthy draw of the nominal machine, and what more happens between the
+        samples than there.
+        """
+        names = [one.name for one in self._replay.signals]
+        drawn = dict(zip(names, self._replay.healthy_signals(), strict=True))
+        noise = self.typical(self.with_feed_free(self.fed(drawn)))
+        missed, usual = (self._missed(signals) for signals in (recorded, drawn))
+        return max(math.sqrt(noise**2 + max(missed**2 - usual**2, 0.0)), 1e-12)
+
+    def _missed(self, signals: Signals) -> float:
+        """What the samples miss between them, V.
+
+        Interpolation errs with the square of their distance: by a third of what half of them
+        change.
+        """
+        params = _unlimited(self._replay.packed({}))
+        whole, half = (self._left(self.fed(signals, every), params) for every in (1, 2))
+        return self.typical(half - whole) / 3.0
+
+    def with_feed_free(self, fed: Signals, effects: Effects | None = None) -> FloatArray:
+        """What is left with the feed constant that leaves least, as far off as in a sound sheet."""
+        effects = effects or {}
+        if self._row is None:
+            return self._left(fed, self._replay.packed(effects))
+        # In proportion without limits: a reference that is off winds the integrals up to them.
+        left, other = (
+            self._left(fed, _unlimited(self._feeding(pull).packed(effects))) for pull in (0.0, 1.0)
+        )
+        rows = self._replay.usable
+        left, slope = left[rows], (other - left)[rows]
+        found = 0.0
+        for _ in range(_ROUNDS):
+            rest = left + found * slope
+            weight = robust_weights(rest / max(typical_rms(rest), 1e-12))
+            found = -float(weight @ (slope * left)) / max(float(weight @ slope**2), 1e-300)
+        most = math.sqrt(STRAINED / PULL_PRICE)
+        feeding = self._feeding(min(max(found, -most), most))
+        return self._left(fed, feeding.packed(effects))
+
+    def _feeding(self, pull: float) -> Replay:
+        """The replay with a feed constant so many tolerances off its nominal value."""
+        pulls = self._sheet.at_nominal
+        pulls[self._row] = pull
+        return self._replay.at({_FEED: float(self._sheet.values(pulls)[self._row])})
+
+    def _left(self, fed: Signals, params: NDArray[np.void]) -> FloatArray:
+        """Recorded less commanded voltage at the recording's stamps, V."""
+        left = np.empty(len(self._ticks))
+        _innovation(
+            self._reference,
+            self._velocity,
+            fed["rotor_position"],
+            fed["rotor_velocity"],
+            fed["current_q"],
+            fed.get("rod_position", np.zeros(len(self._ticks))),
+            fed["voltage_q"],
+            _observer(params),
+            params,
+            initial_cascade_state(params),
+            left,
+        )
+        return np.interp(self._replay.time_s, self._ticks, left)
 
 
-def _with_feed_free(replay: Replay, signals: Signals, effects: Effects | None = None) -> FloatArray:
-    """What is left with the feed constant that leaves least, as far off as one of a sound sheet."""
-    sheet = Sheet.of(replay.nominal, float(replay.time_s[-1]))
-    row = sheet.index(_FEED)
-    if row is None:
-        return _left(replay, signals, effects)
-    pulls = sheet.at_nominal
-
-    def at(pull: float) -> Replay:
-        """From the nominal one on, whatever a fit has found it to be."""
-        pulls[row] = pull
-        return replay.at({_FEED: float(sheet.values(pulls)[row])})
-
-    # In proportion without limits: a reference that is off winds the integrals up to them.
-    left, other = (_left(at(pull), signals, effects, limited=False) for pull in (0.0, 1.0))
-    slope = other - left
-    rows = replay.usable
-    found = 0.0
-    for _ in range(_ROUNDS):
-        rest = left + found * slope
-        weight = robust_weights(rest[rows] / max(typical_rms(rest[rows]), 1e-12))
-        found = -float(weight @ (slope[rows] * left[rows]))
-        found /= max(float(weight @ slope[rows] ** 2), 1e-300)
-    most = math.sqrt(STRAINED / PULL_PRICE)
-    return _left(at(min(max(found, -most), most)), signals, effects)
-
-
-def _left(
-    replay: Replay,
-    signals: Signals,
-    effects: Effects | None = None,
-    *,
-    limited: bool = True,
-    every: int = 1,
-) -> FloatArray:
-    """Recorded less commanded voltage at the recording's stamps, V; of every so many samples."""
-    tick = 1.0 / replay.drive.controller.rate
-    ticks = np.arange(int(replay.time_s[-1] / tick)) * tick
-    kept = replay.time_s[::every]
-    fed = {name: np.interp(ticks, kept, values[::every]) for name, values in signals.items()}
-    # Smooth, as the drive's own controller follows it: corners at the samples would come out of a
-    # feedforward as spikes.
-    spline = CubicSpline(replay.time_s, replay.reference_m)
-    params = replay.packed(effects or {})
-    if not limited:
-        for limit in ("speed_limit", "current_limit", "voltage_limit"):
-            params[limit] = math.inf
-    left = np.empty(len(ticks))
-    _innovation(
-        spline(ticks),
-        spline(ticks, 1),
-        fed["rotor_position"],
-        fed["rotor_velocity"],
-        fed["current_q"],
-        fed.get("rod_position", np.zeros(len(ticks))),
-        np.interp(ticks, replay.time_s, signals["voltage_q"]),
-        _observer(params),
-        params,
-        initial_cascade_state(params),
-        left,
-    )
-    return np.interp(replay.time_s, ticks, left)
+def _unlimited(params: NDArray[np.void]) -> NDArray[np.void]:
+    for limit in ("speed_limit", "current_limit", "voltage_limit"):
+        params[limit] = math.inf
+    return params
 
 
 def _observer(params: NDArray[np.void]) -> FloatArray:

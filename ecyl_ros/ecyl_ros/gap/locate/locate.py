@@ -108,7 +108,7 @@ def by_port(replay: Replay) -> tuple[PortCheck, ...]:
     """Each block's own equation with measured signals at its ports, recorded less replayed."""
     return tuple(
         check
-        for check in (controller_check(replay), *_physics(replay))
+        for check in (controller_check(replay), *balances(replay))
         if check is not None and math.isfinite(check.rms)
     )
 
@@ -156,7 +156,7 @@ def _check(block: str, what: str, unit: str, left: FloatArray, floor: float) -> 
     return PortCheck(block, what, unit, rms, floor, typical_rms(left))
 
 
-def _physics(replay: Replay) -> list[PortCheck]:
+def balances(replay: Replay) -> list[PortCheck]:
     """Voltage, torque and position balance, recorded less replayed through the same filters."""
     evidence = gather(replay, {})
     smooth = Smoother(replay.time_s)
