@@ -6,7 +6,7 @@ import dataclasses
 
 import numpy as np
 import pytest
-from rigid_machines import LINEAR, RATE_HZ, Motion, motion, recorded
+from rigid_machines import LINEAR, RATE_HZ, ROTARY, Motion, motion, recorded
 
 from ecyl_ros.gap.diagnose import diagnose
 
@@ -63,3 +63,36 @@ def test_a_load_may_be_an_offset_of_a_current_that_is_read(actuation: str, gain)
     assert cause.effect == "constant_load"
     assert ("current_sensor_offset" in cause.alternatives) is (actuation == "current")
     assert (cause.confidence > 0.9) is (actuation == "force")
+
+
+@pytest.mark.parametrize(
+    ("inertia", "gain", "friction"),
+    [(2.0, 1.0, 1.2), (1.0, 0.5, 0.7)],
+)
+def test_an_inertia_and_a_gain_that_friction_alone_tells_apart_are_both_told(
+    inertia: float, gain: float, friction: float
+) -> None:
+    """Twice the inertia, or half the gain, with frictions off within their tolerance: no single
+    name, for whichever it is the frictions of the other are within theirs, too."""
+    m = motion(1.0, duration_s=12.0)
+    machine = dataclasses.replace(
+        ROTARY, actuation="current", inertia=1.0, viscous=0.3, coulomb=0.05
+    )
+    rubs = friction * (0.3 * m.v + 0.05 * np.tanh(m.v / 1e-3))
+    result = diagnose(recorded(m, (inertia * m.a + rubs) / gain, machine, 0.02, 1e-5), machine)
+    assert result.verdict == "not_judgeable" and not result.causes
+    assert "rotor inertia error" in result.reason and "torque constant error" in result.reason
+    assert "a closer tolerance of one of them" in result.reason
+
+
+def test_a_gain_is_named_where_the_frictions_are_off_by_it_as_well() -> None:
+    """Inertia and both frictions appear twice as large: half the gain, and no other name."""
+    m = motion(1.0, duration_s=12.0)
+    machine = dataclasses.replace(
+        ROTARY, actuation="current", inertia=1.0, viscous=0.3, coulomb=0.05
+    )
+    effort = 2.0 * (1.0 * m.a + 0.3 * m.v + 0.05 * np.tanh(m.v / 1e-3))
+    result = diagnose(recorded(m, effort, machine, 0.02, 1e-5), machine)
+    assert [one.effect for one in result.causes] == ["torque_constant_error"]
+    assert result.causes[0].confidence > 0.9
+    assert result.causes[0].parameters[0].value == pytest.approx(0.5, rel=0.02)

@@ -21,6 +21,21 @@ def test_a_torque_at_its_limit_while_the_output_swings_is_not_called_a_load() ->
     assert "the torque shows nothing of the motion" in result.reason
 
 
+def test_a_constant_current_and_even_acceleration_are_not_called_friction() -> None:
+    """A step of current from rest, friction 0.3 of it, the inertia left out of the file: with all
+    of the current as friction the fit is as good, so that neither is named."""
+    rest, run_s, inertia, coulomb, viscous = 0.5, 8.0, 0.5, 0.3, 0.02
+    t = np.arange(int((rest + run_s) * RATE_HZ)) / RATE_HZ
+    current = (t >= rest).astype(float)
+    decay = viscous / inertia  # J dv/dt = 1 - C - B v, from rest
+    past = np.maximum(t - rest, 0.0)
+    v = (1.0 - coulomb) / viscous * (1.0 - np.exp(-decay * past))
+    machine = dataclasses.replace(UNSTATED, actuation="current")
+    result = diagnose(recorded(along(v), current, machine, 0.01, 1e-4), machine)
+    assert result.verdict == "not_judgeable" and not result.causes
+    assert "does not change" in result.reason
+
+
 def test_a_load_beside_an_inertia_that_shows_is_named() -> None:
     """The same torque on top of what the acceleration needs is a constant load of that size."""
     m = motion(0.8)

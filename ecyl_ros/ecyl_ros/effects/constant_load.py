@@ -45,12 +45,16 @@ EFFECT = Effect(
 )
 
 
+def offsets(along: Along) -> tuple[str, ...]:
+    """What an effort that does not change looks like where a current is measured at all."""
+    read = along.machine.actuation in ("current", "loop") or along.units.effort == "A"
+    return ("current_sensor_offset",) if read else ()  # a loop has one inside
+
+
 def term(along: Along) -> Term:
     """A constant effort; where the motion goes one way only, friction looks the same."""
     units = along.units
     rubs = () if along.both_ways else (f"{along.side}_coulomb_friction",)
-    # Where a current is measured at all: a loop has one inside.
-    read = along.machine.actuation in ("current", "loop") or units.effort == "A"
     return Term(
         effect="constant_load",
         key="constant",
@@ -58,7 +62,7 @@ def term(along: Along) -> Term:
         parameters=lambda c: ((units.load, units.effort, float(c[0])),),
         values=lambda c: {"load": float(c[0])},
         low=(-math.inf,),
-        alternatives=(*rubs, "current_sensor_offset") if read else rubs,
+        alternatives=(*rubs, *offsets(along)),
         mean=True,
     )
 

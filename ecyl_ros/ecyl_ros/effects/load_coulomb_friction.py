@@ -10,6 +10,7 @@ import numpy as np
 from ..drive.compiled import kernel
 from ..drive.parameters import DriveParameters
 from ..drive.rigid.model import plus
+from . import constant_load
 from .along import Along
 from .effect import Effect, Evidence, Quantity, Start, bristle, put_bristle
 from .rigid_form import RigidForm, added, level
@@ -52,6 +53,7 @@ EFFECT = Effect(
 def term(along: Along) -> Term:
     """Friction of one level in a rigid drive, on its rotor where it turns."""
     name, unit = along.units.level("coulomb"), along.units.effort
+    like = (constant_load.EFFECT.name, *constant_load.offsets(along))
     return Term(
         effect=f"{along.side}_coulomb_friction",
         key="coulomb",
@@ -59,7 +61,7 @@ def term(along: Along) -> Term:
         parameters=lambda c: ((name, unit, float(c[0])),),
         values=lambda c: {"coulomb": float(c[0])},
         low=(max(along.least_coulomb()),),
-        alternatives=() if along.both_ways else ("constant_load", "current_sensor_offset"),
+        alternatives=() if along.both_ways else like,
         mean=not along.both_ways,
     )
 

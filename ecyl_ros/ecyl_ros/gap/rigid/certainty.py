@@ -72,6 +72,8 @@ class Certainty:
         behind = self._behind(self.contest.without[term.effect]) + known
         structure, unknown = self._unknown
         own = self._apart(winner, self.contest.without[term.effect])
+        # What it gives beyond a sound sheet: constants far off theirs give nearly all of it, too.
+        whole = math.hypot(own, self._beyond(term))
         waves = {one.key for one in self.contest.order if one.rate}
         for other, rival in self.contest.swaps[term.effect]:
             better = rival.priced(self.judged) * _WORSE < best
@@ -88,7 +90,7 @@ class Certainty:
                 or self._as_it_varies(term, other, rival)
                 or rival.priced(self.judged) <= _WORSE * best
             )
-            if not simpler and near and self._apart(winner, rival) <= math.sqrt(_OWN) * own:
+            if not simpler and near and self._apart(winner, rival) <= math.sqrt(_OWN) * whole:
                 weight = RARER ** max(self._rarity(other.effect) - rarity, 0)
                 weights.setdefault(other.effect, weight)
             else:
@@ -97,7 +99,7 @@ class Certainty:
         # Where the effort stood still while the output moved, something else drives it, too.
         acts = min(0.5 + 0.5 * sure, _CERTAIN) * (1.0 - self.balance.motion.standing)
         # It has to stand above the structure that is left; what is rare, above all that is unknown.
-        size = own if rarity > 1 else math.hypot(own, self._beyond(term))
+        size = own if rarity > 1 else whole
         above = (unknown if rarity > 1 else structure) / max(size, 1e-9 * best)
         acts = min(acts, 1.0 / (1.0 + 2.0 * math.exp(-known) * above**2))
         others = sum(weights.values()) + (_OTHER_AXIS if term.over_time else 0.0)

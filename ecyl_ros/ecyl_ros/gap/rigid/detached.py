@@ -1,6 +1,7 @@
-"""An effort that shows nothing of the motion: at its limit, or not what moves the output.
+"""An effort that shows nothing of the motion: at its limit, constant, or not what moves the output.
 
-Its mean is no load then: a machine that speeds up and slows down has an inertia, and rubs.
+Its mean is no load then, nor friction: a machine that speeds up and slows down has an inertia, and
+rubs. One steady effort and one even acceleration are also an inertia without any friction.
 """
 
 from __future__ import annotations
@@ -22,8 +23,8 @@ def shows_nothing(motion: Motion, model: Model, spans: Iterable[tuple[Term, Inte
     motion that speeds up and slows down.
 
     model: what the file states; where that is an inertia or friction, it says what has to show.
-    spans: all that was fitted but a constant load, and that is shown beside it, with the interval
-    of its first parameter.
+    spans: all that was fitted but a steady effort, and that is shown beside it, with the interval of
+    its first parameter.
     """
     if model.inertia is not None or any(model.viscous) or any(model.coulomb):
         return False
@@ -37,5 +38,5 @@ def nothing_shown(motion: Motion) -> str:
     """That in words."""
     return (
         f"the {motion.effort_name} shows nothing of the motion, neither inertia nor friction, as "
-        "at its limit or where something else moves the output"
+        "at its limit, where it does not change, or where something else moves the output"
     )

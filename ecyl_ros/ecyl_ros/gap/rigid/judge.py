@@ -44,6 +44,8 @@ _SWINGS = (
     "another axis that swings at the frequency of the periodic disturbance would look the same: a "
     "recording while the others rest would tell"
 )
+# Twice the inertia by half the gain is the same effort; friction alone is then another.
+_COUNTED_ALIKE = {"torque_constant_error", "rotor_inertia_error", "load_inertia_error"}
 _FLAT = 0.7  # share of the signal that its floor may have: half of the power is unknown beyond
 
 
@@ -237,7 +239,7 @@ class Judgement:
                 self.balance, self.catalogue.along, self.whole, term, self._bent[term.key], at
             )
             at += term.columns.shape[0]
-            if term.effect == constant_load.EFFECT.name and self._detached:
+            if self._steady(term) and self._detached:
                 found[term.key] = found[term.key] or nothing_shown(self.motion)
         return found
 
@@ -245,10 +247,15 @@ class Judgement:
     def _detached(self) -> bool:
         return shows_nothing(self.motion, self.catalogue.model, self._but_a_load())
 
+    def _steady(self, term: Term) -> bool:
+        """Whether it is one effort throughout: a load, or friction of one level one way."""
+        one_way = not self.catalogue.along.both_ways
+        return term.key == "constant" or (one_way and term.key == "coulomb")
+
     def _but_a_load(self) -> Iterator[tuple[Term, Interval]]:
-        """What is fitted or shown but a constant load, and the interval of its first parameter."""
+        """What is fitted or shown but a steady effort, and the interval of its first parameter."""
         for one in self.whole.free:
-            if one.effect != constant_load.EFFECT.name:
+            if not self._steady(one):
                 yield one, self._bent[one.key][0]
         more, beside = self._beside
         for one in more:
@@ -269,6 +276,11 @@ class Judgement:
             return (
                 f"{in_words(names)} look alike in any motion of a rigid drive; one of them stated "
                 "in the drive file would separate them"
+            )
+        if set(names) <= _COUNTED_ALIKE:
+            return (
+                f"{in_words(names)} look alike in any motion of a rigid drive whose friction is "
+                "known no better; a closer tolerance of one of them would separate them"
             )
         return told_by(
             names,

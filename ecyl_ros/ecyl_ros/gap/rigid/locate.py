@@ -31,9 +31,9 @@ def by_condition(balance: Balance, along: Along, base: Solution) -> tuple[Condit
         "high_speed": np.abs(speed) > 0.5 * top,
         "acceleration": hard > 0.5 * float(np.quantile(hard[rows], 0.995)),
         "high_torque": level > 0.5 * float(np.quantile(level[rows], 0.995)),
-        "forwards": speed > along.soft,
-        "backwards": speed < -along.soft,
     }
+    if along.both_ways:
+        masks |= {"forwards": speed > along.soft, "backwards": speed < -along.soft}
     mode = motion.mode[at]
     values = np.unique(mode[rows & np.isfinite(mode)])
     if 1 < values.size <= 8:

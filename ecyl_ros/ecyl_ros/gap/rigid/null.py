@@ -27,6 +27,8 @@ from .solution import Solution
 from .terms import Catalogue
 
 _GAIN = "actuation.gain"
+_COUNTED = 2  # times that tolerances follow a gain which is free
+_LEAST_RATIO = 0.05  # of the nominal one, that tolerances are counted by
 _STEP = 0.5  # samples that a lag may be off by, once that of the sampling is taken out
 _NEARLY = 0.8  # of what letting the most strained constant go would save
 
@@ -101,14 +103,17 @@ class Null:
         """A set of effects beside the null; rows: bool[m], the fitted ones unless given."""
         self.fits += 1
         every, prior = self._beside(terms)
-        return self.balance.fit(every, rows, rounds, prior)
+        made = self.balance.fit(every, rows, rounds, prior)
+        for _ in range(_COUNTED if any(one.key == "gain" for one in terms) else 0):
+            by_gain = prior / self._per_nominal(made)
+            made = self.balance.fit(every, rows, rounds, by_gain)
+        return made
 
     def cross_validated(self, terms: Sequence[Term], scale: float) -> tuple[FloatArray, Solution]:
         """See `Balance.cross_validated`; raised by the price of the fit to all folds, and that."""
         self.fits += self.balance.FOLDS
-        every, prior = self._beside(terms)
-        costs = self.balance.cross_validated(every, scale, prior)
         fit = self.fit(terms, rounds=3)
+        costs = self.balance.cross_validated(fit.terms, scale, fit.prior)
         return costs * fit.dearer, fit
 
     def strained(self, solution: Solution) -> tuple[str, ...]:
@@ -181,6 +186,19 @@ class Null:
         found.append(Uncertain(late, _STEP / motion.rate_hz))
         beyond = mode(motion, lag_s)
         return found if beyond is None else [*found, Uncertain(beyond, largest(motion))]
+
+    def _per_nominal(self, solution: Solution) -> FloatArray:
+        """By what the tolerance of each coefficient grows with the gain that was found, float64[k].
+
+        A tolerance in N or N m is another one in the effort as it was recorded.
+        """
+        ratio = self.catalogue.model.ratio
+        found = sum(float(solution.of(one)[0]) for one in solution.terms if one.key == "gain")
+        grown = max(1.0 + found / ratio, _LEAST_RATIO) if ratio > 0.0 else 1.0
+        parts = [
+            [grown if one.of_effort else 1.0] * one.columns.shape[0] for one in solution.terms
+        ]
+        return np.concatenate(parts)
 
     def _per_own(self) -> float:
         """Effort as recorded per N or N m."""
