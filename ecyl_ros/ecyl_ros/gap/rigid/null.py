@@ -195,9 +195,7 @@ class Null:
         ratio = self.catalogue.model.ratio
         found = sum(float(solution.of(one)[0]) for one in solution.terms if one.key == "gain")
         grown = max(1.0 + found / ratio, _LEAST_RATIO) if ratio > 0.0 else 1.0
-        parts = [
-            [grown if one.of_effort else 1.0] * one.columns.shape[0] for one in solution.terms
-        ]
+        parts = [[grown if one.of_effort else 1.0] * one.columns.shape[0] for one in solution.terms]
         return np.concatenate(parts)
 
     def _per_own(self) -> float:
