@@ -92,7 +92,6 @@ EFFECT = Effect(
 
 
 _STROKES = 2  # each way: with one, nothing says that the next is like it
-_WITHIN = 1.96  # standard deviations that 95 % of all lie within
 _AT_BOUND = 1e-6  # of the largest coefficient: so near, it is the bound
 _STEMS = (
     level("coulomb_positive", "level, forwards"),
@@ -141,13 +140,11 @@ def _void(fitted: Fitted) -> str:
     """
     if min(fitted.along.strokes) < _STROKES:
         return "one direction was gone in once: what changed with time or place would do as well"
-    values, covariance = fitted.values, fitted.covariance()
+    values = fitted.values
     if np.any(values - np.array(fitted.term.low) <= _AT_BOUND * np.abs(values).max()):
         return "one direction is at its bound"
-    for one, other in ((0, 1), (2, 3)):
-        gap = values[one] - values[other]
-        spread = covariance[one, one] + covariance[other, other] - 2.0 * covariance[one, other]
-        if abs(gap) > _WITHIN * np.sqrt(max(float(spread), 0.0)):
+    for between in (np.array([1.0, -1.0, 0.0, 0.0]), np.array([0.0, 0.0, 1.0, -1.0])):
+        if abs(float(between @ values)) > fitted.half_width(between):
             return ""
     return "it is the same in both directions"
 

@@ -140,7 +140,8 @@ class Fitted:
 
     Attributes:
         values: its coefficients, float64[k]. spans: its parameters.
-        covariance: of its coefficients, float64[k, k].
+        half_width: 95 % half width of a combination of its coefficients, float64[k], as an interval
+            has it.
         inflation: variance inflation of its first column by terms, in the set or not.
         beside: its parameters as they are with such terms free beside it.
     """
@@ -149,7 +150,7 @@ class Fitted:
     term: Term
     values: FloatArray
     spans: Sequence[Interval]
-    covariance: Callable[[], FloatArray]
+    half_width: Callable[[FloatArray], float]
     inflation: Callable[[Sequence[Term]], float]
     beside: Callable[[Sequence[Term]], Sequence[Interval]]
 

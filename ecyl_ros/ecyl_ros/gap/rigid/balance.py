@@ -287,8 +287,8 @@ class Balance:
         return share * float(np.std(self.effort[self.usable]))
 
     def _modelled(self, solution: Solution, rows: BoolArray, left: float) -> FloatArray:
-        """How far coefficients may be off by what no model explains, and by what is `left`,
-        float64[k]."""
+        """Squares and products of how far coefficients may be off by what no model explains, and by
+        what is `left`, float64[k, k]."""
         columns, weights = self.columns(solution.terms)[rows], solution.weights[rows]
         inverse = self._inverse(solution, columns, weights)
         told = inverse @ ((columns * weights[:, None]).T @ columns) @ inverse
@@ -297,8 +297,18 @@ class Balance:
             for one in solution.terms
             for _ in range(one.columns.shape[0])
         ]
-        made: FloatArray = size * np.sqrt(np.maximum(np.diag(told), 0.0) * weights.sum())
+        made: FloatArray = np.outer(size, size) * told * weights.sum()
         return made
+
+    def half_width(
+        self, solution: Solution, rows: BoolArray, combined: FloatArray, left: float = 0.0
+    ) -> float:
+        """95 % half width of a combination of the coefficients; combined: weight of each,
+        float64[k]. left: as in `intervals`."""
+        covariance, count = self.covariance(solution, rows)
+        quantile = float(student.ppf(0.975, max(count - solution.coefficients.size, 2)))
+        parts = quantile**2 * covariance + self._modelled(solution, rows, left)
+        return math.sqrt(max(float(combined @ parts @ combined), 0.0))
 
     def intervals(
         self, solution: Solution, rows: BoolArray, left: float = 0.0
@@ -310,7 +320,7 @@ class Balance:
         """
         covariance, count = self.covariance(solution, rows)
         unsure = self.unsure(solution, rows)
-        modelled = self._modelled(solution, rows, left)
+        modelled = np.sqrt(np.maximum(np.diag(self._modelled(solution, rows, left)), 0.0))
         own = self.model.counted == 1.0
         gain = next((at for at, one in enumerate(_keys(solution.terms)) if one == "gain"), None)
         quantile = float(student.ppf(0.975, max(count - solution.coefficients.size, 2)))

@@ -49,7 +49,8 @@ def won_by(
     order, path = _ordered(sets, chosen)
     without = {}
     for effect in dict.fromkeys(one.effect for one in chosen):
-        without[effect] = sets.fit([one for one in chosen if one.effect != effect])
+        rest = [one for one in chosen if one.effect != effect]
+        without[effect] = sets.holding(effect).fit(rest)
     swaps = _swaps(sets, chosen)
     rivals = [fit for pairs in swaps.values() for _, fit in pairs]
     rivals.sort(key=lambda one: one.priced(sets.balance.judged))
@@ -84,6 +85,7 @@ def _swaps(sets: Sets, chosen: Sequence[Term]) -> dict[str, tuple[tuple[Term, So
     """The set with each effect replaced by each other one, by the effect that gave way."""
     found: dict[str, tuple[tuple[Term, Solution], ...]] = {}
     for out in dict.fromkeys(one.effect for one in chosen):
+        held = sets.holding(out)
         gone = [one for one in chosen if one.effect == out]
         rest = [one for one in chosen if one.effect != out]
         current = sets.fit(rest)
@@ -99,7 +101,7 @@ def _swaps(sets: Sets, chosen: Sequence[Term]) -> dict[str, tuple[tuple[Term, So
         others = [*rest, *gone[1:]]  # of several orders or lines the strongest gives way
         # Without the mean that a sine is given to earn its place: that is an effect itself.
         fits = [
-            (one, sets.fit([*(o for o in others if o.effect not in one.refines), one]))
+            (one, held.fit([*(o for o in others if o.effect not in one.refines), one]))
             for one in pool
         ]
         found[out] = tuple(sorted(fits, key=lambda pair: pair[1].priced(sets.balance.judged)))

@@ -111,9 +111,13 @@ class Judgement:
     @cached_property
     def _bent(self) -> dict[str, list[Interval]]:
         """`spans`, as wide as the structure that is left could bend them."""
-        rows = self.balance.usable
-        in_motion = moving(rows, self.motion, self.catalogue.along)
-        return self.balance.intervals(self.whole, rows, self.whole.bends(in_motion, self.floor))
+        return self.balance.intervals(self.whole, self.balance.usable, self._structure)
+
+    @cached_property
+    def _structure(self) -> float:
+        """RMS of the structure that is left, as far as it may be along one effect."""
+        in_motion = moving(self.balance.usable, self.motion, self.catalogue.along)
+        return self.whole.bends(in_motion, self.floor)
 
     @cached_property
     def _beside(self) -> tuple[list[Term], dict[str, list[Interval]]]:
@@ -236,7 +240,13 @@ class Judgement:
         found, at = {}, 0
         for term in self.whole.free:
             found[term.key] = why_not(
-                self.balance, self.catalogue.along, self.whole, term, self._bent[term.key], at
+                self.balance,
+                self.catalogue.along,
+                self.whole,
+                term,
+                self._bent[term.key],
+                at,
+                self._structure,
             )
             at += term.columns.shape[0]
             if self._steady(term) and self._detached:
@@ -262,7 +272,7 @@ class Judgement:
             yield one, beside[one.key][0]
 
     def _undecided(self, contest: Contest) -> str:
-        """What would tell the like of what was found; empty where nothing sure was found."""
+        """What would tell the like of what is missed most; empty where nothing sure was found."""
         told = [
             one
             for one in contest.order
@@ -270,7 +280,7 @@ class Judgement:
         ]
         if not told:
             return ""
-        first = told[0]
+        first = max(told, key=lambda one: self._sound(contest.without[one.effect]))
         names = (first.effect, *self._alike[first.key])
         if not any(one in RIGID for one in self._alike[first.key]):
             return (
@@ -431,9 +441,11 @@ class Judgement:
                 why = self._void[term.key] or why
                 if why not in SILENT:  # of any recording, and not worth a word
                     self.notes.append(f"{one.title}: {why}")
-        # Nor does what is not named come in again as a constant that the sheet does not allow.
+        # Nor does what is not named, or its like, come in again as a constant off the sheet.
         named = {one.effect for one in kept}
-        null = self.null.holding({one.effect for one in contest.order} - named)
+        out = [one for one in contest.order if one.effect not in named]
+        like = {name for one in out for name in (one.effect, *self._alike[one.key])}
+        null = self.null.holding(like - named)
         path = [null.fit(kept[: end + 1]) for end in range(len(kept))]
         self.contest = dataclasses.replace(
             contest, winner=path[-1] if path else contest.base, order=tuple(kept), path=tuple(path)

@@ -48,7 +48,7 @@ def measured(
     extra += beside
     within, fit = where_inertia_holds(balance, along.machine, [*terms, *extra])
     told = balance.intervals(closest, balance.usable)
-    scale = GainScale() if "gain" in keys else GainScale.of(told.get("gain"), along)
+    scale = GainScale() if "gain" in keys else GainScale.of(_gain(balance, closest, extra), along)
     spans = within.intervals(fit, within.usable, fit.bends(within.usable, floor))
     sums, _ = as_a_sum(within, along, fit, spans)
     spans |= {
@@ -72,6 +72,16 @@ def measured(
     rows = balance.usable
     rest = with_more(balance, closest, beside).residual[rows]
     return (*totals, relative_error(balance, rest, rows))
+
+
+def _gain(balance: Balance, closest: Solution, extra: Sequence[Term]) -> Sequence[Interval] | None:
+    """The gain within its tolerance, beside all that is measured by it; None where none is known.
+
+    A wrong inertia of the file bends the gain as long as it is held to its own tolerance.
+    """
+    if not any(one.key == "gain" for one in closest.terms):
+        return None
+    return balance.intervals(with_more(balance, closest, extra), balance.usable)["gain"]
 
 
 def _stated(along: Along) -> list[Term]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import math
 from collections.abc import Collection, Sequence
 from typing import NamedTuple
@@ -97,6 +98,15 @@ class Sets:
         self.floor, self.barred = floor, set(without)
         catalogue = self.catalogue
         self._same = pairs(self.balance, not catalogue.machine.linear and catalogue.along.turns)
+
+    def holding(self, effect: str) -> Sets:
+        """The same; the constant that an effect stands for keeps to its tolerance.
+
+        What does as well without the effect, but with its constant off the sheet, has it still.
+        """
+        other = copy.copy(self)
+        other.null = self.null.holding({effect})
+        return other
 
     def fit(self, terms: Sequence[Term]) -> Solution:
         """A set beside the null."""

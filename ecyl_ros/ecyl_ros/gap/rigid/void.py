@@ -12,6 +12,7 @@ from ...effects.actuation_delay import SAMPLING
 from ...effects.along import Along
 from ...effects.catalogue import RIGID
 from ...effects.term import Fitted, Interval, Term
+from ..diagnosis import FloatArray
 from .balance import Balance, beside
 from .sheet import sheet_value, within
 from .solution import Solution
@@ -31,6 +32,7 @@ def why_not(
     term: Term,
     spans: Sequence[Interval],
     first: int,
+    left: float = 0.0,
 ) -> str:
     """Why a fitted term is no cause; empty where nothing speaks against it.
 
@@ -38,6 +40,7 @@ def why_not(
         balance, along, solution: the fit of all usable rows.
         term: one of its terms. spans: its parameters with their 95 % intervals.
         first: where its first coefficient stands among the solution's.
+        left: RMS of the structure that is still left, which may bend its values.
     """
     told = sheet_value(term, spans, along.machine, along.units)
     if told is not None and within(told):
@@ -47,6 +50,11 @@ def why_not(
     if term.phase.size and _comes_and_goes(balance, solution, term):
         return "it is not there all the time, or not in step"
     rows, own = balance.usable, slice(first, first + term.columns.shape[0])
+
+    def half_width(combined: FloatArray) -> float:
+        every = np.zeros(solution.coefficients.size)
+        every[own] = combined
+        return balance.half_width(solution, rows, every, left)
 
     def inflation(by: Sequence[Term]) -> float:
         column = balance.columns([term])[rows, 0]
@@ -69,7 +77,7 @@ def why_not(
         term=term,
         values=solution.of(term),
         spans=spans,
-        covariance=lambda: balance.covariance(solution, rows)[0][own, own],
+        half_width=half_width,
         inflation=inflation,
         beside=among,
     )
