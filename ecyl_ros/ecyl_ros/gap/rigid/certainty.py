@@ -8,15 +8,15 @@ from functools import cached_property
 
 import numpy as np
 
-from ...effects.along import Along
 from ...effects.catalogue import EFFECTS
 from ...effects.term import Term
 from ..diagnosis import BoolArray
 from ..judge.verdict import RARER
-from .balance import Balance, beside
+from .balance import beside
 from .contest import Contest
 from .expected import before, log_odds
 from .jumps import calm
+from .null import Null
 from .solution import Solution
 
 _CERTAIN = 0.97  # the most that a cause found by effort is believed
@@ -36,21 +36,14 @@ class Certainty:
     """Of the effects of one contest.
 
     judged: bool[m], rows that gap figures are of; of these count where the effort does not jump.
-    floor: standard deviation of what cannot be explained. along: the motion and its machine.
+    floor: standard deviation of what cannot be explained. null: that all sets are fitted beside.
     """
 
-    def __init__(
-        self,
-        balance: Balance,
-        contest: Contest,
-        judged: BoolArray,
-        floor: float,
-        along: Along,
-    ) -> None:
-        self.balance, self.contest, self.floor = balance, contest, floor
-        self._calm = calm(balance.motion)
+    def __init__(self, null: Null, contest: Contest, judged: BoolArray, floor: float) -> None:
+        self.null, self.contest, self.floor = null, contest, floor
+        self.balance, self._along = null.balance, null.catalogue.along
+        self._calm = calm(self.balance.motion)
         self.judged = self._where_calm(judged)
-        self._along = along
 
     def of(self, term: Term) -> tuple[float, float, tuple[str, ...]]:
         """That it, or what looks the same here, acts; that it does itself; what looks the same.
@@ -59,7 +52,7 @@ class Certainty:
         of the first among what this recording cannot tell from it.
         """
         winner = self.contest.winner
-        best = max(winner.priced(self.judged), 1e-300)
+        best = max(self._priced(winner), 1e-300)
         held = {one.effect for one in self.contest.order}
         # The same columns; of a term of several parts what is less common gives but one.
         parts = 1 + bool(term.refines)
@@ -76,7 +69,7 @@ class Certainty:
         whole = math.hypot(own, self._beyond(term))
         waves = {one.key for one in self.contest.order if one.rate}
         for other, rival in self.contest.swaps[term.effect]:
-            better = rival.priced(self.judged) * _WORSE < best
+            better = self._priced(rival) * _WORSE < best
             if term.effect in other.contained or (self._finer(rival, winner, term) and not better):
                 continue  # a finer form of the same
             if other.effect == term.effect:  # another order or line, as good as the one found
@@ -88,13 +81,14 @@ class Certainty:
             near = (
                 self.alike(rival)
                 or self._as_it_varies(term, other, rival)
-                or rival.priced(self.judged) <= _WORSE * best
+                or self._priced(rival) <= _WORSE * best
             )
             if not simpler and near and self._apart(winner, rival) <= math.sqrt(_OWN) * whole:
                 weight = RARER ** max(self._rarity(other.effect) - rarity, 0)
                 weights.setdefault(other.effect, weight)
             else:
-                behind = min(behind, self._behind(rival) + known)
+                expected = known - log_odds(self._along, other.effect)
+                behind = min(behind, self._behind(rival) + expected)
         sure = 1.0 - math.exp(-max(behind, 0.0))
         # Where the effort stood still while the output moved, something else drives it, too.
         acts = min(0.5 + 0.5 * sure, _CERTAIN) * (1.0 - self.balance.motion.standing)
@@ -116,7 +110,8 @@ class Certainty:
     def alike(self, rival: Solution) -> bool:
         """Whether a set that has one effect in another's place may as well be the true one."""
         winner, (_, unknown) = self.contest.winner, self._unknown
-        return self._apart(winner, rival) <= unknown and rival.dearer <= _WORSE**2 * winner.dearer
+        near = self._apart(winner, rival) <= unknown
+        return near and self._dearer(rival) <= _WORSE**2 * self._dearer(winner)
 
     def _as_it_varies(self, term: Term, other: Term, rival: Solution) -> bool:
         """Whether a level and friction by speed differ by no more than friction varies.
@@ -142,7 +137,7 @@ class Certainty:
         A second unknown of that size would turn one candidate into another, however many samples
         there are.
         """
-        best = max(self.contest.winner.priced(self.judged), 1e-300)
+        best = max(self._priced(self.contest.winner), 1e-300)
         structure = math.sqrt(max(best**2 - self.floor**2, 0.0))
         return structure, math.hypot(structure, _ALIKE * min(best, self.floor))
 
@@ -154,7 +149,15 @@ class Certainty:
         """
         winner = self.contest.winner
         more = self._left(other) / max(self._left(winner), 1e-300) - 1.0
-        return more / _ERRS + 0.5 * (other.price - winner.price)
+        return more / _ERRS + 0.5 * (self.null.price(other) - self.null.price(winner))
+
+    def _dearer(self, fit: Solution) -> float:
+        """What a mean square counts by the price of its pulls on the sheet, over its own value."""
+        return math.exp(min(self.null.price(fit) / fit.evidence, 100.0))
+
+    def _priced(self, fit: Solution) -> float:
+        """RMS of what a set leaves, raised by that price."""
+        return fit.rms(self.judged) * math.sqrt(self._dearer(fit))
 
     def _left(self, fit: Solution) -> float:
         """Root of the robust mean square on all unseen rows: reversals count, too, as far as blows

@@ -53,7 +53,7 @@ def compete(
         progress(min(0.9, (number + 1) / 6.0))
         if not ranked:
             break
-        taken = sets.extended(chosen, _first(ranked))
+        taken = sets.extended(chosen, _first(ranked, null.strained(current)))
         chosen = _afresh(sets, _look_back(sets, _swapped(sets, taken)))
         current = sets.fit(chosen)
     chosen = _tuned(sets, _afresh(sets, _simpler(sets, _look_back(sets, chosen))))
@@ -111,8 +111,15 @@ def _ranked(
     return found, best
 
 
-def _first(ranked: Sequence[tuple[float, Term]]) -> Term:
-    """The best candidate; a simpler one that does nearly as well goes first."""
+def _first(ranked: Sequence[tuple[float, Term]], strained: Collection[str]) -> Term:
+    """The best candidate; a simpler one that does nearly as well goes first.
+
+    Before all others a constant that lies beyond its sheet, for it does whatever comes beside it.
+    """
+    off = [
+        one for one in ranked if one[1].effect in strained and any(RIGID[one[1].effect].constant)
+    ]
+    ranked = off or ranked
     top = ranked[0][0]
     near = [
         (one.size, EFFECTS[one.effect].rarity, -share, one)
@@ -166,7 +173,8 @@ def _swapped(sets: Sets, chosen: Sequence[Term]) -> list[Term]:
                 plain.append((sets.glimpsed(standing, fit), one, more, fit))
         for _, one, more, fit in sorted(plain, key=lambda item: item[0])[:2]:
             gain = sets.gained(standing, more, one)
-            if gain is not None and gain.earned and sets.holds(full, fit, one):
+            again = old.effect in sets.null.strained(fit)  # it is missed on the sheet
+            if gain is not None and gain.earned and not again and sets.holds(full, fit, one):
                 kept = more
                 break
     return kept

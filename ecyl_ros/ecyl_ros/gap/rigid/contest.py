@@ -50,8 +50,8 @@ def won_by(
     without = {}
     for effect in dict.fromkeys(one.effect for one in chosen):
         rest = [one for one in chosen if one.effect != effect]
-        without[effect] = sets.holding(effect).fit(rest)
-    swaps = _swaps(sets, chosen)
+        without[effect] = sets.on_sheet(rest, effect, winner)
+    swaps = _swaps(sets, chosen, winner)
     rivals = [fit for pairs in swaps.values() for _, fit in pairs]
     rivals.sort(key=lambda one: one.priced(sets.balance.judged))
     return Contest(
@@ -81,11 +81,12 @@ def _ordered(sets: Sets, chosen: Sequence[Term]) -> tuple[tuple[Term, ...], tupl
     return tuple(taken), tuple(path)
 
 
-def _swaps(sets: Sets, chosen: Sequence[Term]) -> dict[str, tuple[tuple[Term, Solution], ...]]:
+def _swaps(
+    sets: Sets, chosen: Sequence[Term], winner: Solution
+) -> dict[str, tuple[tuple[Term, Solution], ...]]:
     """The set with each effect replaced by each other one, by the effect that gave way."""
     found: dict[str, tuple[tuple[Term, Solution], ...]] = {}
     for out in dict.fromkeys(one.effect for one in chosen):
-        held = sets.holding(out)
         gone = [one for one in chosen if one.effect == out]
         rest = [one for one in chosen if one.effect != out]
         current = sets.fit(rest)
@@ -100,9 +101,11 @@ def _swaps(sets: Sets, chosen: Sequence[Term]) -> dict[str, tuple[tuple[Term, So
         pool += [one for one in more if one.effect not in {*sets.barred, out}]
         others = [*rest, *gone[1:]]  # of several orders or lines the strongest gives way
         # Without the mean that a sine is given to earn its place: that is an effect itself.
-        fits = [
-            (one, held.fit([*(o for o in others if o.effect not in one.refines), one]))
-            for one in pool
-        ]
+        fits = [(one, sets.on_sheet(_with(others, one), out, winner)) for one in pool]
         found[out] = tuple(sorted(fits, key=lambda pair: pair[1].priced(sets.balance.judged)))
     return found
+
+
+def _with(others: Sequence[Term], one: Term) -> list[Term]:
+    """Terms with one more, in the place of those that it is a finer form of."""
+    return [*(other for other in others if other.effect not in one.refines), one]

@@ -81,7 +81,7 @@ class Judgement:
         # what is unknown of it may have any form.
         self.wanders = floor > _WANDERS * self.spread and floor > 3.0 * self.white
         known = self.white if self.wanders else floor
-        self.certainty = Certainty(balance, contest, self.judged, known, catalogue.along)
+        self.certainty = Certainty(null, contest, self.judged, known)
         self.notes: list[str] = []
         self._sure: dict[str, tuple[float, float]] = {}
         self._alike: dict[str, tuple[str, ...]] = {}
@@ -353,6 +353,10 @@ class Judgement:
 
         That there is friction is then sure, its form is not. None where nothing is to be changed.
         """
+        # First what holds a constant of the sheet and is no cause: it makes others look sound.
+        for term in self.contest.order:
+            if term.refines and self._void[term.key] not in ("", SHEET) and self._rubs(term):
+                return self._plainer(term)
         order = [one for one in self.contest.order if self._void[one.key] != SHEET]
         if len(order) < len(self.contest.order):
             return order
@@ -373,19 +377,27 @@ class Judgement:
                 known = other.rate and other.effect in waves - {term.effect}
                 if known and commoner and self.certainty.alike(rival):
                     return [*order[:at], *order[at + 1 :], other]  # the strongest stay first
-        plain = self.catalogue.own(load_coulomb_friction.term(along))
-        for at, term in enumerate(order):
-            if plain.effect not in term.refines:
+        for term in order:
+            if not self._rubs(term):
                 continue
-            rest = [*order[:at], *order[at + 1 :]]
-            viscous = self.catalogue.own(load_viscous_friction.term(along))
-            simple = [*rest, plain, *([viscous] if viscous.effect in term.refines else [])]
+            simple = self._plainer(term)
             acts, sure, names = self.certainty.of(term)
             like = acts >= NAMED and bool(names)
             near = self.null.fit(simple).priced(self.judged) <= STRUCTURELESS * self.floor
             if self._void[term.key] or (sure < NAMED and (like or near)):
                 return simple
         return None
+
+    def _rubs(self, term: Term) -> bool:
+        """Whether it is a finer form of friction of one level."""
+        return load_coulomb_friction.term(self.catalogue.along).effect in term.refines
+
+    def _plainer(self, finer: Term) -> list[Term]:
+        """The set with friction of one level, and by speed if that is in it, for a finer form."""
+        along = self.catalogue.along
+        plain = [load_coulomb_friction.term(along), load_viscous_friction.term(along)]
+        rest = [one for one in self.contest.order if one is not finer]
+        return [*rest, *(self.catalogue.own(one) for one in plain if one.effect in finer.refines)]
 
     def _part(self) -> dict[str, float]:
         """Share of the squared gap that each effect's part of the closest fit accounts for.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 
 import numpy as np
 
@@ -12,7 +12,7 @@ from ...effects import load_inertia_error as inertia
 from ...effects import load_viscous_friction as viscous
 from ...effects.along import Along
 from ...effects.catalogue import RIGID
-from ...effects.term import Term
+from ...effects.term import Interval, Term
 from ..diagnosis import BoolArray, FloatArray, Measured
 from .balance import Balance
 from .beside import shown, with_more

@@ -137,6 +137,25 @@ class Null:
         least = _NEARLY * max(found.values(), default=0.0)
         return tuple(name for name, saved in found.items() if saved >= least)
 
+    def price(self, solution: Solution) -> float:
+        """Of its pulls on the sheet, those of constants that a finer form of it stands for as well.
+
+        Friction by direction has a level, and so pulls on that of the sheet.
+        """
+        finer = [one for one in solution.free if one.refines]
+        refined = {name for one in finer for name in one.refines}
+        stood_for = [one for one in self.uncertain if one.term.effect in refined]
+        if not stood_for:
+            return solution.price
+        rows = self.balance.usable
+        asked = sum(self.balance.columns([one])[rows] @ solution.of(one) for one in finer)
+        own = self.balance.columns([one.term for one in stood_for])[rows]
+        size = np.sqrt(np.mean(own**2, axis=0)) + 1e-300
+        found = np.linalg.lstsq(own / size, asked, rcond=None)[0] / size
+        parts = [one.term.columns.shape[0] for one in stood_for]
+        widths = np.repeat([one.width * self._gained(solution) for one in stood_for], parts)
+        return solution.price + float(np.sum((2.0 * found / widths) ** 2))
+
     def nominal(self, rows: BoolArray | None = None) -> Solution:
         """The file's values as they stand, in step with the effort as far as sampling goes."""
         self.fits += 1
@@ -192,11 +211,15 @@ class Null:
 
         A tolerance in N or N m is another one in the effort as it was recorded.
         """
-        ratio = self.catalogue.model.ratio
-        found = sum(float(solution.of(one)[0]) for one in solution.terms if one.key == "gain")
-        grown = max(1.0 + found / ratio, _LEAST_RATIO) if ratio > 0.0 else 1.0
+        grown = self._gained(solution)
         parts = [[grown if one.of_effort else 1.0] * one.columns.shape[0] for one in solution.terms]
         return np.concatenate(parts)
+
+    def _gained(self, solution: Solution) -> float:
+        """Effort as recorded per N or N m by the gain that was found, over that of the file."""
+        ratio = self.catalogue.model.ratio
+        found = sum(float(solution.of(one)[0]) for one in solution.terms if one.key == "gain")
+        return max(1.0 + found / ratio, _LEAST_RATIO) if ratio > 0.0 else 1.0
 
     def _per_own(self) -> float:
         """Effort as recorded per N or N m."""

@@ -20,7 +20,9 @@ from .lag import delay_of
 from .solution import Solution
 
 _MOST = 3  # peaks tried
-_SLOWLY = 0.25  # of the time it moves no faster: where a wave has to be within the band
+# Of the time it moves no faster: there a wave has to be within the band, and in all but as much of
+# the time below half the sampling rate.
+_SLOWLY = 0.25
 _SHARE = 0.01  # of the power that a peak holds
 _FINE = 0.25  # of what two frequencies have to be apart to be told, between two tried
 _POINTS = 8_000_000  # sines of one scan at the most
@@ -162,8 +164,11 @@ def _orders(
     travel = float(np.ptp(position))
     if not travel > 0.0:
         return []
-    speed = per_output * float(np.quantile(np.abs(motion.velocity[motion.rows][rows]), _SLOWLY))
-    highest = math.tau * motion.bandwidth_hz / max(speed, 1e-12)
+    speeds = per_output * np.abs(motion.velocity[motion.rows][rows])
+    slow, fast = np.maximum(np.quantile(speeds, (_SLOWLY, 1.0 - _SLOWLY)), 1e-12).tolist()
+    highest = math.tau * motion.bandwidth_hz / slow
+    # Beyond half the sampling rate a recording has it at another frequency.
+    highest = min(highest, math.pi * motion.rate_hz / fast)
     # A wave as short as the noise of the position is in no phase.
     highest = min(highest, 1.0 / (per_output * motion.position_noise))
     lowest = _LEAST_PERIODS * math.tau / travel

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 import math
 from collections.abc import Collection, Sequence
 from typing import NamedTuple
@@ -99,18 +98,26 @@ class Sets:
         catalogue = self.catalogue
         self._same = pairs(self.balance, not catalogue.machine.linear and catalogue.along.turns)
 
-    def holding(self, effect: str) -> Sets:
-        """The same; the constant that an effect stands for keeps to its tolerance.
-
-        What does as well without the effect, but with its constant off the sheet, has it still.
-        """
-        other = copy.copy(self)
-        other.null = self.null.holding({effect})
-        return other
-
     def fit(self, terms: Sequence[Term]) -> Solution:
         """A set beside the null."""
         return self.null.fit(terms)
+
+    def on_sheet(self, terms: Sequence[Term], out: str, beside: Solution) -> Solution:
+        """A set beside the null on a sound sheet, without the effect `out`.
+
+        A set that does as well with that effect's constant off the sheet has the effect still; with
+        another off it, it has a further one. beside: of what may be off, for it is there as well.
+        """
+        allowed = {*self.null.strained(beside), *(one.effect for one in terms)} - {out}
+        null = self.null.holding({out})
+        self.null.fits += 1
+        fit = null.fit(terms)
+        while more := set(null.strained(fit)) - allowed:
+            held, null = null.held, null.holding(more)
+            if null.held == held:  # a lag: of the recording, not of the sheet
+                break
+            fit = null.fit(terms)
+        return fit
 
     def left(self, current: Solution, chosen: Sequence[Term]) -> Left:
         """What a set leaves."""
@@ -174,7 +181,9 @@ class Sets:
     def lost(self, full: Standing, rest: Sequence[Term], by: Term) -> Gain:
         """What comes back with a set that one term has left."""
         costs, fit = self.null.cross_validated(rest, full.scale)
-        saved = (by.effect in self.null.strained(fit)) * (fit.price - full.price)
+        # Whichever constants would have to make up for it.
+        strains = bool(set(self.null.strained(fit)) - set(full.strained))
+        saved = strains * (fit.price - full.price)
         # It may hurt much in few places, or a little everywhere beside a mishap.
         both = [
             self._gain(np.minimum(costs, most) - full.costs, full.surplus, saved, by)
