@@ -289,16 +289,25 @@ class Balance:
     def _modelled(self, solution: Solution, rows: BoolArray, left: float) -> FloatArray:
         """Squares and products of how far coefficients may be off by what no model explains, and by
         what is `left`, float64[k, k]."""
-        columns, weights = self.columns(solution.terms)[rows], solution.weights[rows]
-        inverse = self._inverse(solution, columns, weights)
-        told = inverse @ ((columns * weights[:, None]).T @ columns) @ inverse
         size = [
             math.hypot(self.unmodelled(wave=one.rate != 0.0), left)
             for one in solution.terms
             for _ in range(one.columns.shape[0])
         ]
-        made: FloatArray = np.outer(size, size) * told * weights.sum()
+        made: FloatArray = np.outer(size, size) * self._swayed(solution, rows)
         return made
+
+    def _swayed(self, solution: Solution, rows: BoolArray) -> FloatArray:
+        """The same, float64[k, k], for an effort of RMS 1 along each coefficient."""
+        columns, weights = self.columns(solution.terms)[rows], solution.weights[rows]
+        inverse = self._inverse(solution, columns, weights)
+        told = inverse @ ((columns * weights[:, None]).T @ columns) @ inverse
+        made: FloatArray = told * weights.sum()
+        return made
+
+    def bent(self, solution: Solution, rows: BoolArray, left: float) -> FloatArray:
+        """How far coefficients may be off by an effort of RMS `left` along each, float64[k]."""
+        return left * np.sqrt(np.maximum(np.diag(self._swayed(solution, rows)), 0.0))
 
     def half_width(
         self, solution: Solution, rows: BoolArray, combined: FloatArray, left: float = 0.0

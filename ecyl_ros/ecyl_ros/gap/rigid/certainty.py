@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from functools import cached_property
 
 import numpy as np
@@ -17,12 +17,14 @@ from .contest import Contest
 from .expected import before, log_odds
 from .jumps import calm
 from .null import Null
+from .pulls import Pulls
 from .solution import Solution
 
 _CERTAIN = 0.97  # the most that a cause found by effort is believed
 _ALIKE = 0.2  # of what is left: sets that differ by less (2 % of its RMS) cannot be told apart
 _WORSE = math.hypot(1.0, _ALIKE)  # by which its RMS then differs
 _SAME = 0.01  # of the power of columns: they span the same but next to a reversal
+_TOLD = 0.1  # odds of what looks the same, at which it is told
 _OWN = 0.5  # share of an effect's power that another has to take over to be its like
 _OTHER_AXIS = RARER  # weight of another axis that swings, beside a disturbance of fixed frequency
 _ERRS = 0.03  # of what is left: by so much models differ that are equally true
@@ -52,8 +54,9 @@ class Certainty:
         of the first among what this recording cannot tell from it.
         """
         winner = self.contest.winner
-        best = max(self._priced(winner), 1e-300)
         held = {one.effect for one in self.contest.order}
+        beside = held - {term.effect}
+        best = max(winner.rms(self.judged), 1e-300)
         # The same columns; of a term of several parts what is less common gives but one.
         parts = 1 + bool(term.refines)
         rarity = self._rarity(term.effect)
@@ -62,33 +65,35 @@ class Certainty:
             name: RARER ** max(parts, steps) if steps >= 0 else 1.0 for name, steps in rarer.items()
         } | dict.fromkeys(term.bent_by, 0.0)
         known = log_odds(self._along, term.effect)
-        behind = self._behind(self.contest.without[term.effect]) + known
+        behind = self._behind(self.contest.without[term.effect], beside) + known
         structure, unknown = self._unknown
         own = self._apart(winner, self.contest.without[term.effect])
         # What it gives beyond a sound sheet: constants far off theirs give nearly all of it, too.
         whole = math.hypot(own, self._beyond(term))
         waves = {one.key for one in self.contest.order if one.rate}
         for other, rival in self.contest.swaps[term.effect]:
-            better = self._priced(rival) * _WORSE < best
+            better = rival.rms(self.judged) * _WORSE < best
             if term.effect in other.contained or (self._finer(rival, winner, term) and not better):
                 continue  # a finer form of the same
             if other.effect == term.effect:  # another order or line, as good as the one found
-                behind = min(behind, self._behind(rival))
+                behind = min(behind, self._behind(rival, beside))
                 continue
             if other.effect in held and (not other.rate or other.key in waves):
                 continue
             simpler = self._within([other], [term])
             near = (
-                self.alike(rival)
+                self._fits_alike(rival)
                 or self._as_it_varies(term, other, rival)
-                or self._priced(rival) <= _WORSE * best
+                or rival.rms(self.judged) <= _WORSE * best
             )
-            if not simpler and near and self._apart(winner, rival) <= math.sqrt(_OWN) * whole:
-                weight = RARER ** max(self._rarity(other.effect) - rarity, 0)
+            near = near and self._apart(winner, rival) <= math.sqrt(_OWN) * whole
+            weight = RARER ** max(self._rarity(other.effect) - rarity, 0)
+            weight *= math.exp(-0.5 * max(self._dearer(rival, beside), 0.0))
+            if not simpler and near and weight >= _TOLD:
                 weights.setdefault(other.effect, weight)
             else:
                 expected = known - log_odds(self._along, other.effect)
-                behind = min(behind, self._behind(rival) + expected)
+                behind = min(behind, self._behind(rival, beside) + expected)
         sure = 1.0 - math.exp(-max(behind, 0.0))
         # Where the effort stood still while the output moved, something else drives it, too.
         acts = min(0.5 + 0.5 * sure, _CERTAIN) * (1.0 - self.balance.motion.standing)
@@ -109,9 +114,10 @@ class Certainty:
 
     def alike(self, rival: Solution) -> bool:
         """Whether a set that has one effect in another's place may as well be the true one."""
-        winner, (_, unknown) = self.contest.winner, self._unknown
-        near = self._apart(winner, rival) <= unknown
-        return near and self._dearer(rival) <= _WORSE**2 * self._dearer(winner)
+        return self._fits_alike(rival) and math.exp(-0.5 * self._dearer(rival)) >= _TOLD
+
+    def _fits_alike(self, rival: Solution) -> bool:
+        return self._apart(self.contest.winner, rival) <= self._unknown[1]
 
     def _as_it_varies(self, term: Term, other: Term, rival: Solution) -> bool:
         """Whether a level and friction by speed differ by no more than friction varies.
@@ -137,11 +143,11 @@ class Certainty:
         A second unknown of that size would turn one candidate into another, however many samples
         there are.
         """
-        best = max(self._priced(self.contest.winner), 1e-300)
+        best = max(self.contest.winner.priced(self.judged), 1e-300)
         structure = math.sqrt(max(best**2 - self.floor**2, 0.0))
         return structure, math.hypot(structure, _ALIKE * min(best, self.floor))
 
-    def _behind(self, other: Solution) -> float:
+    def _behind(self, other: Solution, beside: Collection[str]) -> float:
         """How far another set comes behind the closest one, as a logarithm of their odds.
 
         What it leaves more counts as far as models err anyway; the price of its pulls on the sheet
@@ -149,15 +155,19 @@ class Certainty:
         """
         winner = self.contest.winner
         more = self._left(other) / max(self._left(winner), 1e-300) - 1.0
-        return more / _ERRS + 0.5 * (self.null.price(other) - self.null.price(winner))
+        return more / _ERRS + 0.5 * self._dearer(other, beside)
 
-    def _dearer(self, fit: Solution) -> float:
-        """What a mean square counts by the price of its pulls on the sheet, over its own value."""
-        return math.exp(min(self.null.price(fit) / fit.evidence, 100.0))
+    def _dearer(self, other: Solution, beside: Collection[str] = ()) -> float:
+        """By how much the price of its pulls on the sheet is above that of the closest set.
 
-    def _priced(self, fit: Solution) -> float:
-        """RMS of what a set leaves, raised by that price."""
-        return fit.rms(self.judged) * math.sqrt(self._dearer(fit))
+        beside: effects that both have: their finer forms at the price of these.
+        """
+        price = self._pulls.price
+        return price(other, beside) - price(self.contest.winner, beside)
+
+    @cached_property
+    def _pulls(self) -> Pulls:
+        return Pulls(self.null, self.contest.winner.bends(self.judged, self.floor))
 
     def _left(self, fit: Solution) -> float:
         """Root of the robust mean square on all unseen rows: reversals count, too, as far as blows

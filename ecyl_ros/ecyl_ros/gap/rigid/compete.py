@@ -54,7 +54,7 @@ def compete(
         if not ranked:
             break
         taken = sets.extended(chosen, _first(ranked, null.strained(current)))
-        chosen = _afresh(sets, _look_back(sets, _swapped(sets, taken)))
+        chosen = _afresh(sets, _look_back(sets, _likelier(sets, _swapped(sets, taken))))
         current = sets.fit(chosen)
     chosen = _tuned(sets, _afresh(sets, _simpler(sets, _look_back(sets, chosen))))
     return won_by(chosen, sets, base, singles, tried)
@@ -177,6 +177,27 @@ def _swapped(sets: Sets, chosen: Sequence[Term]) -> list[Term]:
             if gain is not None and gain.earned and not again and sets.holds(full, fit, one):
                 kept = more
                 break
+    return kept
+
+
+def _likelier(sets: Sets, chosen: Sequence[Term]) -> list[Term]:
+    """Put another constant of the sheet in the place of one where that comes out likelier.
+
+    Twice an inertia or half a gain leave the same: what the other constants have to be tells them.
+    """
+    kept, stated = list(chosen), sets.null.stated
+    for old in chosen:
+        if old.effect not in stated:
+            continue
+        rest = [one for one in kept if one is not old]
+        now = sets.fit(kept)
+        standing = sets.standing(now, kept)
+        likeliest = sets.glimpsed(standing, now)
+        for one in sets.candidates(sets.fit(rest), rest):
+            if one.effect in stated and one.size == old.size and one.key != old.key:
+                cost = sets.glimpsed(standing, sets.fit([*rest, one]))
+                if cost < likeliest:
+                    kept, likeliest = [*rest, one], cost
     return kept
 
 

@@ -93,9 +93,9 @@ class Null:
         return other
 
     @property
-    def sheet(self) -> bool:
-        """Whether the file states constants that are uncertain."""
-        return any(any(RIGID[one.term.effect].constant) for one in self.uncertain)
+    def stated(self) -> set[str]:
+        """Effects that stand for constants which the file states and is not sure of."""
+        return {one.term.effect for one in self.uncertain if any(RIGID[one.term.effect].constant)}
 
     def fit(
         self, terms: Sequence[Term], rows: BoolArray | None = None, rounds: int = ROUNDS
@@ -136,25 +136,6 @@ class Null:
             at += term.columns.shape[0]
         least = _NEARLY * max(found.values(), default=0.0)
         return tuple(name for name, saved in found.items() if saved >= least)
-
-    def price(self, solution: Solution) -> float:
-        """Of its pulls on the sheet, those of constants that a finer form of it stands for as well.
-
-        Friction by direction has a level, and so pulls on that of the sheet.
-        """
-        finer = [one for one in solution.free if one.refines]
-        refined = {name for one in finer for name in one.refines}
-        stood_for = [one for one in self.uncertain if one.term.effect in refined]
-        if not stood_for:
-            return solution.price
-        rows = self.balance.usable
-        asked = sum(self.balance.columns([one])[rows] @ solution.of(one) for one in finer)
-        own = self.balance.columns([one.term for one in stood_for])[rows]
-        size = np.sqrt(np.mean(own**2, axis=0)) + 1e-300
-        found = np.linalg.lstsq(own / size, asked, rcond=None)[0] / size
-        parts = [one.term.columns.shape[0] for one in stood_for]
-        widths = np.repeat([one.width * self._gained(solution) for one in stood_for], parts)
-        return solution.price + float(np.sum((2.0 * found / widths) ** 2))
 
     def nominal(self, rows: BoolArray | None = None) -> Solution:
         """The file's values as they stand, in step with the effort as far as sampling goes."""
@@ -211,11 +192,11 @@ class Null:
 
         A tolerance in N or N m is another one in the effort as it was recorded.
         """
-        grown = self._gained(solution)
+        grown = self.gained(solution)
         parts = [[grown if one.of_effort else 1.0] * one.columns.shape[0] for one in solution.terms]
         return np.concatenate(parts)
 
-    def _gained(self, solution: Solution) -> float:
+    def gained(self, solution: Solution) -> float:
         """Effort as recorded per N or N m by the gain that was found, over that of the file."""
         ratio = self.catalogue.model.ratio
         found = sum(float(solution.of(one)[0]) for one in solution.terms if one.key == "gain")
