@@ -22,6 +22,7 @@ from .solution import Solution
 from .terms import free_means
 
 _SIMPLER = 0.85  # share of the best gain with which a simpler effect goes first
+_TIE = 1e-4  # of a cost: so near, two are one
 _AGAIN = 3  # times that columns follow the effort
 _MOST = 8  # terms in a set
 _SINGLES = 8  # shown alone
@@ -54,9 +55,10 @@ def compete(
         if not ranked:
             break
         taken = sets.extended(chosen, _first(ranked, null.strained(current)))
-        chosen = _afresh(sets, _look_back(sets, _likelier(sets, _swapped(sets, taken))))
+        chosen = _afresh(sets, _look_back(sets, _swapped(sets, taken)))
         current = sets.fit(chosen)
-    chosen = _tuned(sets, _afresh(sets, _simpler(sets, _look_back(sets, chosen))))
+    chosen = _look_back(sets, _likelier(sets, _look_back(sets, chosen)))
+    chosen = _tuned(sets, _afresh(sets, _simpler(sets, chosen)))
     return won_by(chosen, sets, base, singles, tried)
 
 
@@ -69,7 +71,8 @@ def concluded(
 ) -> Contest:
     """A contest as if `chosen` had come out of it, less what is not missed beside the others."""
     sets = Sets(null, floor, without)
-    kept = _look_back(sets, [one for one in chosen if one.effect not in sets.barred])
+    kept = [one for one in chosen if one.effect not in sets.barred]
+    kept = _likelier(sets, _look_back(sets, kept))
     return won_by(kept, sets, contest.base, contest.singles, contest.tried)
 
 
@@ -185,7 +188,7 @@ def _likelier(sets: Sets, chosen: Sequence[Term]) -> list[Term]:
 
     Twice an inertia or half a gain leave the same: what the other constants have to be tells them.
     """
-    kept, stated = list(chosen), sets.null.stated
+    kept, stated = list(chosen), sets.catalogue.stated
     for old in chosen:
         if old.effect not in stated:
             continue
@@ -196,7 +199,7 @@ def _likelier(sets: Sets, chosen: Sequence[Term]) -> list[Term]:
         for one in sets.candidates(sets.fit(rest), rest):
             if one.effect in stated and one.size == old.size and one.key != old.key:
                 cost = sets.glimpsed(standing, sets.fit([*rest, one]))
-                if cost < likeliest:
+                if cost < (1.0 - _TIE) * likeliest:
                     kept, likeliest = [*rest, one], cost
     return kept
 

@@ -190,7 +190,7 @@ class Judgement:
         final = contest.winner if named else contest.nominal
         after = final.rms(self.judged)
         silent = sum(one in SILENT for one in self._void.values())
-        within_sheet = bool(self.null.stated) and not (named or no_gap or strained or wanders)
+        within_sheet = not (named or no_gap or strained or wanders) and self.null.sheet
         within_sheet = within_sheet and held <= STRUCTURELESS * floor
         if within_sheet:
             final, after = closest.base, held

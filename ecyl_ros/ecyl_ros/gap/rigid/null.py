@@ -93,9 +93,9 @@ class Null:
         return other
 
     @property
-    def stated(self) -> set[str]:
-        """Effects that stand for constants which the file states and is not sure of."""
-        return {one.term.effect for one in self.uncertain if any(RIGID[one.term.effect].constant)}
+    def sheet(self) -> bool:
+        """Whether the file states constants that are uncertain."""
+        return any(any(RIGID[one.term.effect].constant) for one in self.uncertain)
 
     def fit(
         self, terms: Sequence[Term], rows: BoolArray | None = None, rounds: int = ROUNDS

@@ -10,7 +10,7 @@ from collections.abc import Collection, Sequence
 import numpy as np
 
 from ...drive.rigid.law import asked
-from ...drive.rigid.machine import Machine
+from ...drive.rigid.machine import KEYS, Machine
 from ...drive.rigid.packed import model_of
 from ...drive.rigid.units import Units
 from ...effects import (
@@ -85,6 +85,16 @@ class Catalogue:
             found.append(torque_constant_error.term(along))
         if not (along.known_inertia or along.model.keys.inertia):
             found.append(load_inertia_error.term(along))
+        return found
+
+    @property
+    def stated(self) -> set[str]:
+        """Effects that stand for constants which the file states."""
+        machine, found = self.machine, set[str]()
+        for name, one in rigid_forms(machine.linear).items():
+            key = one.constant[not machine.linear]
+            if key and getattr(machine, KEYS[key].field):
+                found.add(name)
         return found
 
     def smooth(self) -> list[Term]:
