@@ -18,7 +18,7 @@ M = motion(1.0, duration_s=16.0)
 def _shaken(stated_viscous: float) -> Diagnosis:
     """A drive whose output shakes at 17 to 23 Hz as it moves, which its effort has nothing of."""
     rate = 2.0 * np.pi * 20.0
-    size = 2e-3 * M.v / np.abs(M.v).max()
+    size = 2e-2 * M.v / np.abs(M.v).max()
     shake = size * np.sin(rate * M.t + 1.5 * np.sin(2.0 * np.pi * 0.9 * M.t))
     seen = Motion(M.t, M.q + shake, M.v, M.a)
     machine = dataclasses.replace(ROTARY, inertia=INERTIA, viscous=stated_viscous)

@@ -249,6 +249,11 @@ def _unexplained(diagnosis: Diagnosis) -> str:
         if when is not None:
             text += f"; {q.whole_percent(when.share)} of the gap lies {when_in_words(when)}"
         text += "."
+    left = next((one for one in diagnosis.measured if one.name.startswith("relative_")), None)
+    if left is not None:
+        effort = words.signal(diagnosis.signals[0].name)
+        share = q.percent(left.value)
+        text += f" With its constants as the sheet allows, {share} of the {effort} is left."
     if diagnosis.block is not None:
         text += f" Effects in {words.block(diagnosis.block)} come closest."
     best = next((one for one in diagnosis.candidates if one.effects), None)

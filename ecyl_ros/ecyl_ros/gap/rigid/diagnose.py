@@ -27,6 +27,7 @@ from .null import Null
 from .offsets import without_offsets
 from .own_band import looked_at_again
 from .rest import moving
+from .simplest import simplest
 from .solution import Solution
 from .terms import Catalogue
 
@@ -163,10 +164,10 @@ def _competed(
             null = Null(balance, catalogue, held)
     judgement = Judgement(null, contest, floor, floor_is)
     for _ in range(_SIMPLER):
-        simplest = judgement.simplest()
-        if simplest is None:
+        simpler = simplest(judgement)
+        if simpler is None:
             break
-        contest = concluded(null, floor, without, contest, simplest)
+        contest = concluded(null, floor, without, contest, simpler)
         judgement = Judgement(null, contest, floor, floor_is)
     return judgement
 

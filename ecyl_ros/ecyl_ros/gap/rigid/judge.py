@@ -9,7 +9,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ...effects import constant_load, load_coulomb_friction, load_viscous_friction
+from ...effects import constant_load
 from ...effects.catalogue import EFFECTS, RIGID
 from ...effects.term import Interval, Term
 from ..diagnosis import Cause, FittedParameter, FloatArray
@@ -39,7 +39,7 @@ from .void import SHEET, SILENT, why_not
 
 _CLOSE, _HELPS_CLOSE = 5.0, 0.25  # where no more than so many floors are left, less has to be gone
 _WANDERS = 0.05  # share of the effort that may not repeat where there is to be no gap
-_SMALL = 0.03  # share of the gap that an effect has to remove to be named
+SMALL = 0.03  # share of the gap that an effect has to remove to be named
 _SWINGS = (
     "another axis that swings at the frequency of the periodic disturbance would look the same: a "
     "recording while the others rest would tell"
@@ -345,60 +345,6 @@ class Judgement:
         """RMS that a set leaves whose sheet keeps to its tolerances."""
         return self.balance.sound(fit).priced(self.judged)
 
-    def simplest(self) -> list[Term] | None:
-        """The closest set without constants that lie within their tolerance, with a constant load
-        where that does nearly all that a spring or a weight does, with a wave of an effect that
-        explains others of the set, where it is like that of another, and with friction of one
-        level, where its finer forms cannot be told apart.
-
-        That there is friction is then sure, its form is not. None where nothing is to be changed.
-        """
-        # First what holds a constant of the sheet and is no cause: it makes others look sound.
-        for term in self.contest.order:
-            if term.refines and self._void[term.key] not in ("", SHEET) and self._rubs(term):
-                return self._plainer(term)
-        order = [one for one in self.contest.order if self._void[one.key] != SHEET]
-        if len(order) < len(self.contest.order):
-            return order
-        along = self.catalogue.along
-        level = self.catalogue.own(constant_load.term(along))
-        base, best = (fit.priced(self.judged) for fit in (self.contest.base, self.contest.winner))
-        for at, term in enumerate(order):
-            if level.effect in term.refines:
-                simple = [*order[:at], level, *order[at + 1 :]]
-                # A spring or a weight that adds too little to a constant to be named for itself.
-                left = self.null.fit(simple).priced(self.judged)
-                if base - left >= (1.0 - _SMALL) * (base - best):
-                    return simple
-        waves = {one.effect for one in order if one.rate}
-        for at, term in enumerate(order):
-            for other, rival in self.contest.swaps[term.effect] if term.rate else ():
-                commoner = EFFECTS[other.effect].rarity < EFFECTS[term.effect].rarity
-                known = other.rate and other.effect in waves - {term.effect}
-                if known and commoner and self.certainty.alike(rival):
-                    return [*order[:at], *order[at + 1 :], other]  # the strongest stay first
-        for term in order:
-            if not self._rubs(term):
-                continue
-            simple = self._plainer(term)
-            acts, sure, names = self.certainty.of(term)
-            like = acts >= NAMED and bool(names)
-            near = self.null.fit(simple).priced(self.judged) <= STRUCTURELESS * self.floor
-            if self._void[term.key] or (sure < NAMED and (like or near)):
-                return simple
-        return None
-
-    def _rubs(self, term: Term) -> bool:
-        """Whether it is a finer form of friction of one level."""
-        return load_coulomb_friction.term(self.catalogue.along).effect in term.refines
-
-    def _plainer(self, finer: Term) -> list[Term]:
-        """The set with friction of one level, and by speed if that is in it, for a finer form."""
-        along = self.catalogue.along
-        plain = [load_coulomb_friction.term(along), load_viscous_friction.term(along)]
-        rest = [one for one in self.contest.order if one is not finer]
-        return [*rest, *(self.catalogue.own(one) for one in plain if one.effect in finer.refines)]
-
     def _part(self) -> dict[str, float]:
         """Share of the squared gap that each effect's part of the closest fit accounts for.
 
@@ -424,7 +370,7 @@ class Judgement:
     def _unsure(self, term: Term) -> bool:
         """Not to be named: void, unsure of itself or among its like, or small."""
         sure = self._sure[term.key][1]
-        return bool(self._void[term.key]) or sure < NAMED or self._shares[term.effect] < _SMALL
+        return bool(self._void[term.key]) or sure < NAMED or self._shares[term.effect] < SMALL
 
     def _rival(self, one: Solution) -> bool:
         """Whether a set could take the winner's place: it does not contain it."""
@@ -448,7 +394,7 @@ class Judgement:
                 if one.alternatives and self._sure[term.key][0] >= NAMED:
                     others = ", ".join(name.replace("_", " ") for name in one.alternatives)
                     why = f"{why}: it looks like {others} here"
-                if self._shares[term.effect] < _SMALL:
+                if self._shares[term.effect] < SMALL:
                     why = f"removes {100.0 * one.shrink:.1f} % of the gap, too little to be named"
                 why = self._void[term.key] or why
                 if why not in SILENT:  # of any recording, and not worth a word
