@@ -99,3 +99,16 @@ def test_a_gain_is_named_where_the_frictions_are_off_by_it_as_well() -> None:
     assert [one.effect for one in result.causes] == ["torque_constant_error"]
     assert result.causes[0].confidence > 0.9
     assert result.causes[0].parameters[0].value == pytest.approx(0.5, rel=0.02)
+
+
+def test_what_is_not_decided_beside_a_cause_is_told() -> None:
+    """Twice the inertia beside friction that the file does not state: the friction is named, and a
+    note says that inertia and gain look alike, which here they do in every motion."""
+    m = motion(1.0, duration_s=12.0)
+    machine = dataclasses.replace(ROTARY, actuation="current", inertia=1.0)
+    effort = 2.0 * m.a + 1.5 * m.v
+    result = diagnose(recorded(m, effort, machine, 0.02, 1e-5), machine)
+    assert [one.effect for one in result.causes] == ["rotor_viscous_friction"]
+    note = result.notes[0]
+    assert note.startswith("not decided beside what is named")
+    assert "rotor inertia error" in note and "torque constant error" in note

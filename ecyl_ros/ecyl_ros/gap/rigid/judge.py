@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from functools import cached_property
 
 import numpy as np
@@ -35,7 +35,7 @@ from .other_friction import as_a_sum
 from .rest import moving
 from .ruling import Ruling
 from .solution import Solution
-from .void import SHEET, SILENT, why_not
+from .void import SILENT, why_not
 
 _CLOSE, _HELPS_CLOSE = 5.0, 0.25  # where no more than so many floors are left, less has to be gone
 _WANDERS = 0.05  # share of the effort that may not repeat where there is to be no gap
@@ -183,8 +183,11 @@ class Judgement:
             rest = contest.winner.priced(self.judged)
             relieves = strained and not self.null.strained(contest.winner)
             named = bool(causes) and (relieves or self._helps(before, rest, surplus))
-            if not named and best <= _CLOSE * self.floor:
-                reason = self._undecided(closest)
+            undecided = self._undecided(closest, {one.effect for one in causes if named})
+            if named and undecided:
+                self.notes.insert(0, f"not decided beside what is named: {undecided}")
+            elif best <= _CLOSE * self.floor:
+                reason = undecided
         if named and any(one.over_time for one in contest.order):
             self.notes.append(_SWINGS)
         final = contest.winner if named else contest.nominal
@@ -271,12 +274,16 @@ class Judgement:
         for one in more:
             yield one, beside[one.key][0]
 
-    def _undecided(self, contest: Contest) -> str:
-        """What would tell the like of what is missed most; empty where nothing sure was found."""
+    def _undecided(self, contest: Contest, named: Collection[str]) -> str:
+        """What would tell the like of what is missed most but for what is named; empty where
+        nothing else that is sure was found."""
         told = [
             one
             for one in contest.order
-            if self._sure[one.key][0] >= NAMED and self._alike[one.key] and not self._void[one.key]
+            if one.effect not in named
+            and self._sure[one.key][0] >= NAMED
+            and self._alike[one.key]
+            and not self._void[one.key]
         ]
         if not told:
             return ""
