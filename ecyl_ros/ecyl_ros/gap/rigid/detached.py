@@ -23,8 +23,8 @@ def shows_nothing(motion: Motion, model: Model, spans: Iterable[tuple[Term, Inte
     motion that speeds up and slows down.
 
     model: what the file states; where that is an inertia or friction, it says what has to show.
-    spans: all that was fitted but a steady effort, and that is shown beside it, with the
-        interval of its first parameter.
+    spans: all that was fitted but a steady effort, and that is shown beside it, each with the
+    interval of its first parameter.
     """
     if model.inertia is not None or any(model.viscous) or any(model.coulomb):
         return False

@@ -155,8 +155,9 @@ class Judgement:
         causes = self._causes(before, surplus)
         # Where nothing acts for sure that a model could hold, it is no closer than models are.
         floor = self.floor
+        signal = float(np.sqrt(np.mean(self.balance.effort[self.judged] ** 2)))
         if all(self._unsure(one) for one in contest.order):
-            floor = math.hypot(floor, UNMODELLED * self.spread)
+            floor = math.hypot(floor, UNMODELLED * signal)
         reason = ""
         wanders = self.wanders
         at_floor = nominal <= NO_GAP_RATIO * floor
@@ -202,7 +203,6 @@ class Judgement:
         whole = not named or len(self.contest.order) + silent >= len(self.competed)
         # Most of what the file leaves is what does not repeat: whatever is named, it stays.
         whole = whole and not (wanders and nominal < math.sqrt(2.0) * self.floor)
-        signal = float(np.sqrt(np.mean(self.balance.effort[self.judged] ** 2)))
         nothing = nothing_shown(self.motion)
         if nothing in self._void.values() and not named:
             reason = f"{nothing}: record a motion that it drives"
