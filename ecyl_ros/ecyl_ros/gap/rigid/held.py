@@ -9,6 +9,7 @@ within its tolerance, and the effects compete for what that leaves.
 from __future__ import annotations
 
 from ...effects.catalogue import RIGID
+from ..diagnosis import SheetValue
 from .judge import Judgement
 from .sheet import sheet_values
 from .void import SILENT
@@ -39,8 +40,13 @@ def off_sheet(judgement: Judgement, effects: set[str]) -> list[str]:
     """How far these constants would be off, from what came out before they were held."""
     terms = [one for one in judgement.whole.terms if one.effect in effects]
     found = sheet_values(terms, judgement.spans, judgement.machine, judgement.units)
-    off = [one for one in found if abs(one.pull) > 1.0]
-    return [f"{one.parameter} to be {abs(one.pull):.1f} tolerances off its sheet" for one in off]
+    return [f"{one.parameter} to be {_how_far(one)}" for one in found if abs(one.pull) > 1.0]
+
+
+def _how_far(value: SheetValue) -> str:
+    if value.value <= 0.0 < value.nominal:  # its bound, however wide the tolerance is
+        return "zero"
+    return f"{abs(value.pull):.1f} tolerances off its sheet"
 
 
 def said_of(judgement: Judgement, off: list[str]) -> str:

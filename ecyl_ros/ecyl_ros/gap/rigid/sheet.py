@@ -31,7 +31,7 @@ def sheet_value(
     beyond = low > nominal + width or high < nominal - width
     return SheetValue(
         parameter=key,
-        unit=KEYS[key].units[not machine.linear],
+        unit=_unit(key, machine, units),
         nominal=nominal,
         tolerance=width,
         value=value,
@@ -40,6 +40,13 @@ def sheet_value(
         # As wide as the sheet's an interval says nothing new, unless it lies beyond.
         seen=bool(beyond or high - low < 2.0 * SEEN * width),
     )
+
+
+def _unit(key: str, machine: Machine, units: Units) -> str:
+    """Of a constant; of a gain by the signal that it counts."""
+    if key == "actuation.gain" and machine.actuation in ("current", "voltage"):
+        return units.gain(machine.actuation == "voltage")[1]
+    return KEYS[key].units[not machine.linear]
 
 
 def within(value: SheetValue) -> bool:
