@@ -24,7 +24,7 @@ _CERTAIN = 0.97  # the most that a cause found by effort is believed
 _ALIKE = 0.2  # of what is left: sets that differ by less (2 % of its RMS) cannot be told apart
 _WORSE = math.hypot(1.0, _ALIKE)  # by which its RMS then differs
 _SAME = 0.01  # of the power of columns: they span the same but next to a reversal
-_TOLD = 0.1  # odds of what looks the same, at which it is told
+_TOLD = 0.1  # odds by the sheet, at which what fits alike is told
 _OWN = 0.5  # share of an effect's power that another has to take over to be its like
 _OTHER_AXIS = RARER  # weight of another axis that swings, beside a disturbance of fixed frequency
 _ERRS = 0.03  # of what is left: by so much models differ that are equally true
@@ -87,9 +87,9 @@ class Certainty:
                 or rival.rms(self.judged) <= _WORSE * best
             )
             near = near and self._apart(winner, rival) <= math.sqrt(_OWN) * whole
-            weight = RARER ** max(self._rarity(other.effect) - rarity, 0)
-            weight *= math.exp(-0.5 * max(self._dearer(rival, beside), 0.0))
-            if not simpler and near and weight >= _TOLD:
+            odds = math.exp(-0.5 * max(self._dearer(rival, beside), 0.0))
+            if not simpler and near and odds >= _TOLD:
+                weight = odds * RARER ** max(self._rarity(other.effect) - rarity, 0)
                 weights.setdefault(other.effect, weight)
             else:
                 expected = known - log_odds(self._along, other.effect)
