@@ -81,16 +81,3 @@ def test_a_limit_that_is_reached_once_is_named() -> None:
     assert [one.effect for one in found.causes] == ["voltage_limit"]
     (value,) = found.causes[0].parameters
     assert value.value == pytest.approx(SUPPLY_V, rel=2e-3)
-
-
-@pytest.mark.slow
-def test_a_limit_that_is_reached_once_is_named_beside_a_wrong_lead() -> None:
-    """What the sheet leaves is everywhere, for the lead is wrong; the limit shows only beyond it,
-    in one stretch: both are named."""
-    drive = exact("bench")
-    true = {"lead_error": {"lead_m": 0.01983941}, "current_limit": {"current_a": 1.72042}}
-    found = diagnose(record_case(Case(0, 211978599, "pair", true), drive), drive)
-    assert {one.effect for one in found.causes} == set(true)
-    values = {one.effect: one.parameters[0].value for one in found.causes}
-    assert values["lead_error"] == pytest.approx(0.01983941, rel=1e-4)
-    assert values["current_limit"] == pytest.approx(1.72042, rel=2e-2)

@@ -75,11 +75,6 @@ def compete(fitter: Fitter, names: Sequence[str], report: Report) -> Competition
         if at_noise(fitter, field.null):
             return Competition(nominal, field.null, (), field.null, (), {})
         singles = field.singles(lambda share: report("single effects", 0.45 + 0.15 * share))
-    # What a second fault does for a moment may show only once the first is gone.
-    if singles and fitter.divided_by(singles[0]):
-        field = Candidates(fitter, names)
-        nominal, forms = fitter.nominal, Forms(field)
-        singles = field.singles(lambda share: report("single effects", 0.45 + 0.15 * share))
     null = field.null
     if singles:
         fitter.test_floor(singles[0])
