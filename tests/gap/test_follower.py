@@ -13,6 +13,7 @@ from ecyl_ros.gap.diagnose import diagnose
 from ecyl_ros.gap.follower import resolution
 from ecyl_ros.gap.report.page import report_html
 from ecyl_ros.gap.report.terminal import summary
+from ecyl_ros.gap.report.verdict import sentence
 from ecyl_ros.gap.rigid.motion import motion_of
 from ecyl_ros.recording.signals import Recording
 
@@ -61,6 +62,7 @@ def test_lag_and_play_come_out_as_put_in(lag_s, width) -> None:
         assert one.value == pytest.approx(truth, abs=near) and one.high - one.low < 4.0 * near
     assert found["resolution_rad"].value == pytest.approx(STEP, rel=1e-4)
     assert result.verdict == "unexplained" and not result.causes and result.block is None
+    assert "sheet" not in sentence(result)  # it has none
 
 
 def test_a_mere_lag_proves_no_dead_band() -> None:

@@ -10,6 +10,8 @@ from rigid_machines import LINEAR, RATE_HZ, ROTARY, Motion, motion, recorded
 
 from ecyl_ros.gap.diagnose import diagnose
 
+BY_CURRENT = dataclasses.replace(ROTARY, actuation="current", inertia=1.0)
+
 
 def _forwards() -> Motion:
     """24 s forwards at a speed that swings between 5 and 15 mm/s."""
@@ -74,9 +76,7 @@ def test_an_inertia_and_a_gain_that_friction_alone_tells_apart_are_both_told(
     """Twice the inertia, or half the gain, with frictions off within their tolerance: whichever is
     named, the other is told beside it, and it is not sure."""
     m = motion(1.0, duration_s=12.0)
-    machine = dataclasses.replace(
-        ROTARY, actuation="current", inertia=1.0, viscous=0.3, coulomb=0.05
-    )
+    machine = dataclasses.replace(BY_CURRENT, viscous=0.3, coulomb=0.05)
     rubs = friction * (0.3 * m.v + 0.05 * np.tanh(m.v / 1e-3))
     result = diagnose(recorded(m, (inertia * m.a + rubs) / gain, machine, 0.02, 1e-5), machine)
     both = {"rotor_inertia_error", "torque_constant_error"}
@@ -91,9 +91,7 @@ def test_an_inertia_and_a_gain_that_friction_alone_tells_apart_are_both_told(
 def test_a_gain_is_named_where_the_frictions_are_off_by_it_as_well() -> None:
     """Inertia and both frictions appear twice as large: half the gain, and no other name."""
     m = motion(1.0, duration_s=12.0)
-    machine = dataclasses.replace(
-        ROTARY, actuation="current", inertia=1.0, viscous=0.3, coulomb=0.05
-    )
+    machine = dataclasses.replace(BY_CURRENT, viscous=0.3, coulomb=0.05)
     effort = 2.0 * (1.0 * m.a + 0.3 * m.v + 0.05 * np.tanh(m.v / 1e-3))
     result = diagnose(recorded(m, effort, machine, 0.02, 1e-5), machine)
     assert [one.effect for one in result.causes] == ["torque_constant_error"]
@@ -105,9 +103,8 @@ def test_what_is_not_decided_beside_a_cause_is_told() -> None:
     """Twice the inertia beside friction that the file does not state: the friction is named, and a
     note says that inertia and gain look alike, which here they do in every motion."""
     m = motion(1.0, duration_s=12.0)
-    machine = dataclasses.replace(ROTARY, actuation="current", inertia=1.0)
     effort = 2.0 * m.a + 1.5 * m.v
-    result = diagnose(recorded(m, effort, machine, 0.02, 1e-5), machine)
+    result = diagnose(recorded(m, effort, BY_CURRENT, 0.02, 1e-5), BY_CURRENT)
     assert [one.effect for one in result.causes] == ["rotor_viscous_friction"]
     note = result.notes[0]
     assert note.startswith("not decided beside what is named")

@@ -10,6 +10,7 @@ from rigid_machines import ROTARY, Motion, motion, recorded
 
 from ecyl_ros.gap.diagnose import diagnose
 from ecyl_ros.gap.diagnosis import Diagnosis
+from ecyl_ros.gap.report.verdict import sentence
 
 INERTIA, VISCOUS = 0.06, 0.4
 M = motion(1.0, duration_s=16.0)
@@ -41,3 +42,4 @@ def test_a_right_sheet_stays_unexplained_above_the_band_of_the_effort() -> None:
     found = _shaken(VISCOUS)
     assert found.verdict == "unexplained" and not found.causes
     assert "there is no gap beyond the tolerances" in found.notes[0]
+    assert "of the torque is left" in sentence(found)

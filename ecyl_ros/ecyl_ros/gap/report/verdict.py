@@ -237,6 +237,18 @@ def _partly(diagnosis: Diagnosis) -> str:
     )
 
 
+def _of_effort(diagnosis: Diagnosis) -> str:
+    """How much of a rigid drive's effort its model leaves; empty of other drives."""
+    effort = diagnosis.signals[0].name if diagnosis.signals else ""
+    left = [one for one in diagnosis.measured if one.name == f"relative_{effort}_error"]
+    if not left:
+        return ""
+    share = q.percent(left[0].value)
+    return (
+        f" With its constants as the sheet allows, {share} of the {words.signal(effort)} is left."
+    )
+
+
 def _unexplained(diagnosis: Diagnosis) -> str:
     worst = strongest(diagnosis)
     text = "The gap is not explained by anything in the catalogue."
@@ -249,11 +261,7 @@ def _unexplained(diagnosis: Diagnosis) -> str:
         if when is not None:
             text += f"; {q.whole_percent(when.share)} of the gap lies {when_in_words(when)}"
         text += "."
-    left = next((one for one in diagnosis.measured if one.name.startswith("relative_")), None)
-    if left is not None:
-        effort = words.signal(diagnosis.signals[0].name)
-        share = q.percent(left.value)
-        text += f" With its constants as the sheet allows, {share} of the {effort} is left."
+    text += _of_effort(diagnosis)
     if diagnosis.block is not None:
         text += f" Effects in {words.block(diagnosis.block)} come closest."
     best = next((one for one in diagnosis.candidates if one.effects), None)

@@ -307,7 +307,7 @@ class Balance:
 
     def bent(self, solution: Solution, rows: BoolArray, left: float) -> FloatArray:
         """How far coefficients may be off by an effort of RMS `left` along each, float64[k]."""
-        return left * np.sqrt(np.maximum(np.diag(self._swayed(solution, rows)), 0.0))
+        return left * _roots(self._swayed(solution, rows))
 
     def half_width(
         self, solution: Solution, rows: BoolArray, combined: FloatArray, left: float = 0.0
@@ -315,7 +315,7 @@ class Balance:
         """95 % half width of a combination of the coefficients; combined: weight of each,
         float64[k]. left: as in `intervals`."""
         covariance, count = self.covariance(solution, rows)
-        quantile = float(student.ppf(0.975, max(count - solution.coefficients.size, 2)))
+        quantile = _quantile(count, solution)
         parts = quantile**2 * covariance + self._modelled(solution, rows, left)
         return math.sqrt(max(float(combined @ parts @ combined), 0.0))
 
@@ -329,10 +329,10 @@ class Balance:
         """
         covariance, count = self.covariance(solution, rows)
         unsure = self.unsure(solution, rows)
-        modelled = np.sqrt(np.maximum(np.diag(self._modelled(solution, rows, left)), 0.0))
+        modelled = _roots(self._modelled(solution, rows, left))
         own = self.model.counted == 1.0
         gain = next((at for at, one in enumerate(_keys(solution.terms)) if one == "gain"), None)
-        quantile = float(student.ppf(0.975, max(count - solution.coefficients.size, 2)))
+        quantile = _quantile(count, solution)
         found: dict[str, list[Interval]] = {}
         at = 0
         for term in solution.terms:
@@ -375,6 +375,17 @@ class Balance:
         size = term.columns.shape[0]
         gain = self.model.ratio + float(values[size:].sum()) if scaled else 1.0
         return term.parameters(values[:size] / max(gain, 1e-12))
+
+
+def _roots(squares: FloatArray) -> FloatArray:
+    """Of the diagonal of squares and products, float64[k, k]."""
+    made: FloatArray = np.sqrt(np.maximum(np.diag(squares), 0.0))
+    return made
+
+
+def _quantile(count: int, solution: Solution) -> float:
+    """Standard deviations that 95 % of all lie within, of a fit that rests on so many stretches."""
+    return float(student.ppf(0.975, max(count - solution.coefficients.size, 2)))
 
 
 def _keys(terms: Sequence[Term]) -> list[str]:

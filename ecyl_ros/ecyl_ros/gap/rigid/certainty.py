@@ -17,7 +17,7 @@ from .contest import Contest
 from .expected import before, log_odds
 from .jumps import calm
 from .null import Null
-from .pulls import Pulls
+from .pulls import price
 from .solution import Solution
 
 _CERTAIN = 0.97  # the most that a cause found by effort is believed
@@ -55,7 +55,11 @@ class Certainty:
         """
         winner = self.contest.winner
         held = {one.effect for one in self.contest.order}
-        beside = held - {term.effect}
+        own_price = self._price(winner, held - {term.effect})
+
+        def dearer(other: Solution) -> float:
+            return self._price(other, held - {term.effect}) - own_price
+
         best = max(winner.rms(self.judged), 1e-300)
         # The same columns; of a term of several parts what is less common gives but one.
         parts = 1 + bool(term.refines)
@@ -65,10 +69,11 @@ class Certainty:
             name: RARER ** max(parts, steps) if steps >= 0 else 1.0 for name, steps in rarer.items()
         } | dict.fromkeys(term.bent_by, 0.0)
         known = log_odds(self._along, term.effect)
-        behind = self._behind(self.contest.without[term.effect], beside) + known
+        without = self.contest.without[term.effect]
+        behind = self._behind(without, dearer(without)) + known
         structure, unknown = self._unknown
-        own = self._apart(winner, self.contest.without[term.effect])
-        # What it gives beyond a sound sheet: constants far off theirs give nearly all of it, too.
+        own = self._apart(winner, without)
+        # With what constants give of it that are off their sheet beside every set.
         whole = math.hypot(own, self._beyond(term))
         waves = {one.key for one in self.contest.order if one.rate}
         for other, rival in self.contest.swaps[term.effect]:
@@ -76,7 +81,7 @@ class Certainty:
             if term.effect in other.contained or (self._finer(rival, winner, term) and not better):
                 continue  # a finer form of the same
             if other.effect == term.effect:  # another order or line, as good as the one found
-                behind = min(behind, self._behind(rival, beside))
+                behind = min(behind, self._behind(rival, dearer(rival)))
                 continue
             if other.effect in held and (not other.rate or other.key in waves):
                 continue
@@ -87,13 +92,14 @@ class Certainty:
                 or rival.rms(self.judged) <= _WORSE * best
             )
             near = near and self._apart(winner, rival) <= math.sqrt(_OWN) * whole
-            odds = math.exp(-0.5 * max(self._dearer(rival, beside), 0.0))
+            more = dearer(rival)
+            odds = _odds(more)
             if not simpler and near and odds >= _TOLD:
                 weight = odds * RARER ** max(self._rarity(other.effect) - rarity, 0)
                 weights.setdefault(other.effect, weight)
             else:
                 expected = known - log_odds(self._along, other.effect)
-                behind = min(behind, self._behind(rival, beside) + expected)
+                behind = min(behind, self._behind(rival, more) + expected)
         sure = 1.0 - math.exp(-max(behind, 0.0))
         # Where the effort stood still while the output moved, something else drives it, too.
         acts = min(0.5 + 0.5 * sure, _CERTAIN) * (1.0 - self.balance.motion.standing)
@@ -114,7 +120,9 @@ class Certainty:
 
     def alike(self, rival: Solution) -> bool:
         """Whether a set that has one effect in another's place may as well be the true one."""
-        return self._fits_alike(rival) and math.exp(-0.5 * self._dearer(rival)) >= _TOLD
+        if not self._fits_alike(rival):
+            return False
+        return _odds(self._price(rival) - self._price(self.contest.winner)) >= _TOLD
 
     def _fits_alike(self, rival: Solution) -> bool:
         return self._apart(self.contest.winner, rival) <= self._unknown[1]
@@ -147,27 +155,20 @@ class Certainty:
         structure = math.sqrt(max(best**2 - self.floor**2, 0.0))
         return structure, math.hypot(structure, _ALIKE * min(best, self.floor))
 
-    def _behind(self, other: Solution, beside: Collection[str]) -> float:
+    def _behind(self, other: Solution, dearer: float) -> float:
         """How far another set comes behind the closest one, as a logarithm of their odds.
 
-        What it leaves more counts as far as models err anyway; the price of its pulls on the sheet
-        is twice a logarithm as it stands.
+        What it leaves more counts as far as models err anyway; the price of its pulls on the sheet,
+        by which it is dearer, is twice a logarithm as it stands.
         """
         winner = self.contest.winner
         more = self._left(other) / max(self._left(winner), 1e-300) - 1.0
-        return more / _ERRS + 0.5 * self._dearer(other, beside)
+        return more / _ERRS + 0.5 * dearer
 
-    def _dearer(self, other: Solution, beside: Collection[str] = ()) -> float:
-        """By how much the price of its pulls on the sheet is above that of the closest set.
-
-        beside: effects that both have: their finer forms at the price of these.
-        """
-        price = self._pulls.price
-        return price(other, beside) - price(self.contest.winner, beside)
-
-    @cached_property
-    def _pulls(self) -> Pulls:
-        return Pulls(self.null, self.contest.winner.bends(self.judged, self.floor))
+    def _price(self, fit: Solution, finer_forms: Collection[str] = ()) -> float:
+        """Of its pulls on the sheet, see `pulls`."""
+        structure = self.contest.winner.bends(self.judged, self.floor)
+        return price(self.null, fit, structure, finer_forms)
 
     def _left(self, fit: Solution) -> float:
         """Root of the robust mean square on all unseen rows: reversals count, too, as far as blows
@@ -200,3 +201,8 @@ class Certainty:
         rows = self.balance.usable
         left = beside(few[rows], many[rows])
         return bool(np.sum(left**2) <= _SAME * np.sum(few[rows] ** 2))
+
+
+def _odds(dearer: float) -> float:
+    """Of a set whose pulls on the sheet are dearer than those of another; at most even."""
+    return math.exp(-0.5 * max(dearer, 0.0))

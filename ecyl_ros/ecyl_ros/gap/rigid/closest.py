@@ -37,7 +37,7 @@ def closest(along: Along, solution: Solution, without: Collection[Term] = ()) ->
     """
     machine = along.machine
     found = list(machine.effects)
-    ratio, counted = _ratio(along, solution), per_effort(along, solution)
+    ratio, counted = solution.ratio(along.model), per_effort(along, solution)
     for term in solution.terms:
         coefficients = solution.of(term)
         values = term.values(coefficients * counted if term.of_effort else coefficients)
@@ -66,14 +66,8 @@ def closest(along: Along, solution: Solution, without: Collection[Term] = ()) ->
 def per_effort(along: Along, solution: Solution) -> float:
     """By what effort has to be multiplied as a file counts it: in N or N m, whatever the gain comes
     to; 1 where it is not known in these."""
-    ratio = _ratio(along, solution)
+    ratio = solution.ratio(along.model)
     return 1.0 / ratio if along.units.own and ratio > 0.0 else 1.0
-
-
-def _ratio(along: Along, solution: Solution) -> float:
-    return along.model.ratio + sum(
-        float(solution.of(one)[0]) for one in solution.terms if one.key == "gain"
-    )
 
 
 def _add(found: list[Acting], new: Acting, along: Along) -> None:

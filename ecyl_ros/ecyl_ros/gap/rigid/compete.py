@@ -196,8 +196,8 @@ def _likelier(sets: Sets, chosen: Sequence[Term]) -> list[Term]:
         now = sets.fit(kept)
         standing = sets.standing(now, kept)
         likeliest = sets.glimpsed(standing, now)
-        for one in sets.candidates(sets.fit(rest), rest):
-            if one.effect in stated and one.size == old.size and one.key != old.key:
+        for one in sets.candidates(sets.fit(rest), rest, stated):
+            if one.size == old.size and one.key != old.key:
                 cost = sets.glimpsed(standing, sets.fit([*rest, one]))
                 if cost < (1.0 - _TIE) * likeliest:
                     kept, likeliest = [*rest, one], cost

@@ -198,9 +198,8 @@ class Null:
 
     def gained(self, solution: Solution) -> float:
         """Effort as recorded per N or N m by the gain that was found, over that of the file."""
-        ratio = self.catalogue.model.ratio
-        found = sum(float(solution.of(one)[0]) for one in solution.terms if one.key == "gain")
-        return max(1.0 + found / ratio, _LEAST_RATIO) if ratio > 0.0 else 1.0
+        model = self.catalogue.model
+        return max(solution.ratio(model) / model.ratio, _LEAST_RATIO) if model.ratio > 0.0 else 1.0
 
     def _per_own(self) -> float:
         """Effort as recorded per N or N m."""

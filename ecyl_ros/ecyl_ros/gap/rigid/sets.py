@@ -125,14 +125,16 @@ class Sets:
         enough = any(orders.count(name) >= _SAME for name in orders)
         return left_by(self.balance, self.catalogue.along, current, self._same, enough)
 
-    def candidates(self, current: Solution, chosen: Sequence[Term]) -> list[Term]:
-        """Terms that a set may be extended by."""
+    def candidates(
+        self, current: Solution, chosen: Sequence[Term], among: Collection[str] | None = None
+    ) -> list[Term]:
+        """Terms that a set may be extended by; among: effects, None for all."""
         kinds = [one.effect for one in chosen]
         taken = {one.key for one in chosen}
         finer = {name for one in chosen for name in one.refines}
         return [
             one
-            for one in self.catalogue.candidates(self.left(current, chosen))
+            for one in self.catalogue.candidates(self.left(current, chosen), among)
             if one.effect not in self.barred
             and not self.barred.intersection(one.contained)  # which would bring it back in
             and kinds.count(one.effect) < (_SAME if RIGID[one.effect].several else 1)

@@ -68,7 +68,7 @@ def _with_plain_friction(judgement: Judgement, order: Sequence[Term]) -> list[Te
         like = acts >= NAMED and bool(names)
         left = judgement.null.fit(simple).priced(judgement.judged)
         near = left <= STRUCTURELESS * judgement.floor
-        if judgement.void(term) or (sure < NAMED and (like or near)):
+        if sure < NAMED and (like or near):
             return simple
     return None
 

@@ -65,6 +65,10 @@ class Solution:
         added = sum(one.inertia * float(self.of(one)[0]) for one in self.terms if one.inertia)
         return (model.inertia or 0.0) + added
 
+    def ratio(self, model: Model) -> float:
+        """Effort as recorded per N or N m: the file's and what the terms add."""
+        return model.ratio + sum(float(self.of(one)[0]) for one in self.terms if one.key == "gain")
+
     def rms(self, rows: BoolArray) -> float:
         """Of what it leaves on `rows`, bool[m]."""
         return float(np.sqrt(np.mean(self.residual[rows] ** 2)))

@@ -105,12 +105,13 @@ class Catalogue:
             made.append(direction_dependent_friction)
         return [one.term(along) for one in made]
 
-    def candidates(self, left: Left) -> list[Term]:
-        """Every term that a set may be extended by, given what it leaves."""
-        forms = rigid_forms(self.machine.linear).values()
+    def candidates(self, left: Left, among: Collection[str] | None = None) -> list[Term]:
+        """Every term that a set may be extended by, given what it leaves; among: effects, None for
+        all."""
         return [
             self.own(form.term(self.along, *one))
-            for form in forms
+            for name, form in rigid_forms(self.machine.linear).items()
+            if among is None or name in among
             for one in form.tried(self.along, left)
         ]
 
