@@ -42,7 +42,9 @@ def _virtual_bytes() -> int:
 
 def batch(kind: str, seed: int, first: int, count: int, keep: Path, progress: Path) -> None:
     """Try files `first` up to `first + count` of one kind, in this process; prints JSON lines."""
-    from fuzzing import mutated, seeds, tried
+    from fuzz_mutations import mutated
+    from fuzz_seeds import seeds
+    from fuzzing import tried
 
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
@@ -110,7 +112,7 @@ def tries(kind: str, seed: int, first: int, count: int, keep: Path) -> list[list
 
 def main() -> None:
     """Share the files among processes and add up."""
-    from fuzzing import KINDS
+    from fuzz_seeds import KINDS
 
     arguments = parser(__doc__)
     arguments.add_argument("--files", type=int, default=21_000, help="in all (default 21000)")

@@ -7,7 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 import yaml
-from fuzzing import KINDS, METADATA, mutated, seeds, tried
+from fuzz_mutations import mutated
+from fuzz_seeds import KINDS, METADATA, seeds
+from fuzzing import tried
 
 from ecyl_ros.recording import map_file
 from ecyl_ros.recording.map_file import parse_map

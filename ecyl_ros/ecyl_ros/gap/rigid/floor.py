@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from ..diagnosis import BoolArray, FloatArray
+from ..fit.robust import typical_rms
 from .balance import Balance
 from .solution import Solution
 from .white import least_density
@@ -148,7 +149,7 @@ def _extrapolated(found: Pairs, values: FloatArray) -> float | None:
         difference = values[rows] - values[index[rows, column]]
         squared.append(float(np.mean(distance[rows, column] ** 2)))
         # A median is not led astray by the few pairs at a reversal.
-        halves.append(0.5 * float(np.median(difference**2)) / 0.455)
+        halves.append(0.5 * typical_rms(difference) ** 2)
     if len(squared) < 4:
         return None
     if np.ptp(squared) <= _ALL_NEAR * np.mean(squared):  # one distance says nothing of others
