@@ -13,7 +13,7 @@ from rigid_machines import LINEAR, ROTARY, Motion, motion, recorded
 import ecyl_ros as ec
 from ecyl_ros.gap.describe.choose import Trial, singles
 from ecyl_ros.gap.describe.description import Description
-from ecyl_ros.gap.describe.rigid_motion import Decimated, RigidMotion
+from ecyl_ros.gap.describe.measured_motion import Decimated, MeasuredMotion
 from ecyl_ros.gap.diagnose import diagnose
 from ecyl_ros.gap.diagnosis import Diagnosis
 from ecyl_ros.gap.report.page import report_html
@@ -133,7 +133,7 @@ def test_the_way_since_a_reversal_is_asked_for_where_there_are_reversals(back: b
     """Of a drive that goes one way alone that way is time, or its position, by another name."""
     t = np.arange(2000) / 200.0
     speed = np.sin(math.tau * t) if back else 1.0 + 0.5 * np.sin(math.tau * t)
-    seen = RigidMotion(
+    seen = MeasuredMotion(
         t, np.cumsum(speed) / 200.0, speed, speed != 0.0, "position", 0.5, Decimated(1 / 200.0)
     )
     assert (Trial(("travel",)) in singles("torque", seen)) == back

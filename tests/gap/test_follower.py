@@ -65,6 +65,81 @@ def test_lag_and_play_come_out_as_put_in(lag_s, width) -> None:
     assert "sheet" not in sentence(result)  # it has none
 
 
+def _moves(time_s):
+    """Smooth moves between places at random, of 1.5 s each."""
+    places = np.concatenate([[0.0], np.random.default_rng(2).uniform(-0.6, 0.6, 60)])
+    time_s = np.maximum(time_s, 0.0) / 1.5
+    move = time_s.astype(int)
+    share = np.clip(1.25 * (time_s - move), 0.0, 1.0)
+    share = share**3 * (10.0 - 15.0 * share + 6.0 * share**2)
+    return places[move] + (places[move + 1] - places[move]) * share
+
+
+def _servo(command, *, friction=0.3, integral=0.0, gravity=0.0, error=lambda position: 0.0):
+    """A servo (PD or PID, an inertia with Coulomb friction, an arm's weight) read by an encoder."""
+    step = 1e-3
+    fine = np.arange(0.0, 60.0, step)
+    wanted, position, speed, summed = command(fine), 0.0, 0.0, 0.0
+    out = np.empty(fine.size)
+    for index, value in enumerate(wanted.tolist()):
+        summed += (value - position) * step
+        torque = 60.0 * (value - position) - 6.0 * speed + integral * summed
+        torque += gravity * np.sin(position)
+        if abs(speed) < 1e-3 and abs(torque) <= friction:
+            speed = 0.0
+        else:
+            way = np.sign(speed) if abs(speed) >= 1e-3 else np.sign(torque)
+            speed += (torque - friction * way) / 0.05 * step
+        position += speed * step
+        out[index] = position + error(position)
+    rows = np.arange(0, fine.size, 20)
+    read = out[rows] + 0.3 * STEP * np.random.default_rng(5).normal(size=rows.size)
+    return Recording(
+        stamp_ns=np.round(fine[rows] * 1e9).astype(np.int64),
+        reference_position_rad=wanted[rows],
+        rotor_position_rad=np.round(read / STEP) * STEP,
+    )
+
+
+def test_an_error_of_the_position_is_described_as_one_of_it() -> None:
+    """A reading that is off by 12 mrad eight times a turn comes back as that curve over position,
+    and closes the gap that lag and dead band leave."""
+    result = diagnose(
+        _servo(_moves, friction=0.0, error=lambda x: 0.012 * np.sin(8.0 * x)), MACHINE
+    )
+    assert result.verdict == "described" and not result.causes and result.block is None
+    law = result.law
+    assert law.law.port == "following_error" and law.law.of == ("position",)
+    assert law.shrink > 0.95 and law.law.unit == "rad" and law.law.units == ("rad",)
+    places = np.array(law.law.at[0])[law.seen]
+    found = np.array(law.law.values)[law.seen]
+    truth = 0.012 * np.sin(8.0 * places)
+    off = (found - found.mean()) - (truth - truth.mean())
+    assert np.sqrt(np.mean(off**2)) < 0.1 * np.std(truth)
+    assert "a departure of the output from its reference" in sentence(result)
+    assert "following_error" in report_html(result)
+
+
+def test_a_weight_is_the_slope_that_it_gives_the_error() -> None:
+    """An arm of 2 N m on a loop of 60 N m/rad departs by 1/30 rad per rad, within a tenth."""
+    result = diagnose(_servo(_moves, friction=0.3, gravity=2.0), MACHINE)
+    assert result.verdict == "described" and "position" in result.law.law.of
+    places, values = result.law.points[0], result.law.points[-1]
+    assert np.polyfit(places, values, 1)[0] == pytest.approx(2.0 / 60.0, rel=0.1)
+
+
+def _sine(time_s):
+    return 0.4 * np.sin(1.3 * np.maximum(time_s, 0.0))
+
+
+@pytest.mark.parametrize("command", [_moves, _sine])
+@pytest.mark.parametrize("kind", [{}, {"integral": 60.0}, {"friction": 0.0}])
+def test_no_loop_becomes_a_law(command, kind) -> None:
+    """What friction, an integrator and the loop itself leave is no law."""
+    result = diagnose(_servo(command, **kind), MACHINE)
+    assert result.verdict == "unexplained" and result.law is None
+
+
 def test_a_mere_lag_proves_no_dead_band() -> None:
     """Without play the notes say that none is proven."""
     result = diagnose(_followed(0.08, 0.0), MACHINE)

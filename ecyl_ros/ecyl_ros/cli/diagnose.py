@@ -108,8 +108,9 @@ def run(options: argparse.Namespace) -> int:
             written.append(str(path))
     print(summary(diagnosis, written))
     if options.write_drive is not None and not diagnosis.has_twin:
+        why = "no cause was named" if diagnosis.law is None else "no drive file holds this law"
         print(
-            f"ecyl diagnose: no cause was named, {options.write_drive} is not written",
+            f"ecyl diagnose: {why}, {options.write_drive} is not written",
             file=sys.stderr,
         )
     return 0

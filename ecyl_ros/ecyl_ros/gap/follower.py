@@ -15,12 +15,14 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.signal import lfilter
 from scipy.stats import t as student
 
 from ..drive.compiled import kernel
 from ..drive.rigid.machine import Machine
 from ..errors import InputError
 from ..recording.signals import Recording
+from .describe.follower import Followed, with_follower_description
 from .diagnosis import (
     BoolArray,
     ConditionShare,
@@ -113,7 +115,7 @@ def diagnose_follower(
     spread = float(np.std(motion.raw_position[usable])) or 1.0
     no_gap = gap <= NO_GAP_RATIO * floor
     stamp = int(recording.stamp_ns[0])
-    return Diagnosis(
+    found = Diagnosis(
         source=source,
         drive=drive_name,
         verdict=verdict_of(no_gap=no_gap),
@@ -142,6 +144,7 @@ def diagnose_follower(
         measured=_measured(motion, end, step, whole, spans, gap, left),
         floor_is="the noise and resolution of the position",
     )
+    return with_follower_description(found, judge.followed(machine.linear, best, spans, floor))
 
 
 def resolution(position: FloatArray, stated: float) -> float:
@@ -160,6 +163,21 @@ def resolution(position: FloatArray, stated: float) -> float:
     return float(np.median(steps[steps < 1.5 * steps.min()])) if steps.size > 3 else 0.0
 
 
+def behind_a_loop(reference: FloatArray, lag: float) -> FloatArray:
+    """float64[n] behind a first-order loop that begins at rest; lag: in samples.
+
+    Exact where the reference runs straight between its samples.
+    """
+    if lag < 1e-3:
+        return reference.copy()
+    kept = math.exp(-1.0 / lag)
+    first = lag * (1.0 - kept)
+    taps = [1.0 - first, first - kept]
+    made, _ = lfilter(taps, [1.0, -kept], reference - reference[0], zi=[0.0])
+    found: FloatArray = made + reference[0]
+    return found
+
+
 class _Judge:
     def __init__(
         self, motion: Motion, reference: FloatArray, usable: BoolArray, step: float
@@ -172,9 +190,12 @@ class _Judge:
         self.fitted: BoolArray = usable & ~held
         self.scans = 0
 
-    def fit(self, rows: BoolArray, *, lags: bool, widths: bool) -> _Followed:
-        """Best lag, width and offset on `rows`, from coarse to fine."""
-        return self._scan(rows, lags, widths)
+    def fit(self, rows: BoolArray, *, lags: bool, widths: bool, looped: bool = False) -> _Followed:
+        """Best lag, width and offset on `rows`, from coarse to fine.
+
+        looped: the lag is that of a first-order loop, not a delay.
+        """
+        return self._scan(rows, lags, widths, looped)
 
     def with_intervals(
         self, tell: Callable[[float], None]
@@ -201,7 +222,41 @@ class _Judge:
             spans[name] = (value - half, value + half)
         return whole, spans
 
-    def _scan(self, rows: BoolArray, lags: bool, widths: bool) -> _Followed:
+    def followed(
+        self,
+        linear: bool,
+        delayed: _Followed,
+        spans: dict[str, tuple[float, float]],
+        floor: float,
+    ) -> Followed:
+        """What a law is looked for beside, where the fit to the fitted rows is `delayed`: that, or
+        a loop in place of the delay where this is closer."""
+        loop = self.fit(self.fitted, lags=True, widths=True, looped=True)
+        looped = self._left(loop) < self._left(delayed)
+        found = loop if looped else delayed
+        late = self._late(found.lag_s, looped)
+        behind = (late - (found.position - found.offset)) / max(0.5 * found.width, 1e-300)
+        half = {name: 0.5 * (high - low) for name, (low, high) in spans.items()}
+        return Followed(
+            motion=self.motion,
+            linear=linear,
+            late=late,
+            predicted=found.position,
+            dead_band=np.clip(behind, -1.0, 1.0),
+            lag_s=found.lag_s,
+            offset_half=half["offset"],
+            lag_half_s=half["lag_s"],
+            width_half=half["width"],
+            fitted=self.fitted,
+            judged=self.judged,
+            stretch_s=stretch_length(float(self.motion.time_s[-1])),
+            floor=floor,
+        )
+
+    def _left(self, found: _Followed) -> float:
+        return _rms((self.motion.raw_position - found.position)[self.fitted])
+
+    def _scan(self, rows: BoolArray, lags: bool, widths: bool, looped: bool) -> _Followed:
         reach = float(np.ptp(self.reference[self.usable]))
         low = np.array([0.0, 0.0])
         high = np.array([_LONGEST_LAG_S if lags else 0.0, 0.9 * reach if widths else 0.0])
@@ -209,7 +264,7 @@ class _Judge:
         for _ in range(_ROUNDS):
             lag = np.linspace(low[0], high[0], _GRID if lags else 1)
             width = np.linspace(low[1], high[1], _GRID if widths else 1)
-            cost = self._costs(lag, width, rows)
+            cost = self._costs(lag, width, rows, looped)
             at = np.unravel_index(int(np.argmin(cost)), cost.shape)
             best = np.array([lag[at[0]], width[at[1]]])
             reach_now = 3.0 * (high - low) / max(_GRID - 1, 1)
@@ -219,20 +274,24 @@ class _Judge:
             if not widths:
                 low[1] = high[1] = 0.0
         played = np.empty(self.reference.size)
-        _play(self._late(float(best[0])), 0.5 * float(best[1]), played)
+        _play(self._late(float(best[0]), looped), 0.5 * float(best[1]), played)
         offset = float(np.mean((self.motion.raw_position - played)[rows]))
         return _Followed(float(best[0]), float(best[1]), offset, played + offset)
 
-    def _costs(self, lags: FloatArray, widths: FloatArray, rows: BoolArray) -> FloatArray:
+    def _costs(
+        self, lags: FloatArray, widths: FloatArray, rows: BoolArray, looped: bool
+    ) -> FloatArray:
         self.scans += lags.size * widths.size
         cost = np.empty((lags.size, widths.size))
         for index, lag in enumerate(lags.tolist()):
-            late = self._late(lag)
+            late = self._late(lag, looped)
             _play_costs(late, 0.5 * widths, self.motion.raw_position, rows, cost[index])
         return cost
 
-    def _late(self, lag_s: float) -> FloatArray:
+    def _late(self, lag_s: float, looped: bool) -> FloatArray:
         time_s = self.motion.time_s
+        if looped:
+            return behind_a_loop(self.reference, lag_s * self.motion.rate_hz)
         return np.interp(time_s - lag_s, time_s, self.reference)
 
 

@@ -44,6 +44,7 @@ _FREE = {
     "inverter_voltage": (*_PLACE, "speed", "current", "time", "heat"),
     "current_error": (*_PLACE, "speed", "current", "time", "heat"),
     "rod_error": (*_PLACE, "speed", "direction", "time"),
+    "following_error": (*_PLACE, "speed"),
 }
 
 

@@ -29,13 +29,13 @@ from ..rigid.sets import Sets
 from ..rigid.solution import Solution
 from ..sheet import PULL_PRICE
 from . import words
-from .chance import LEVEL, probability
+from .chance import LEVEL
 from .choose import Balance, Choice, choose
 from .description import Course, Description, Resembled
-from .formula import formula
+from .measured_motion import MeasuredMotion
 from .missing import TORQUE, Missing
 from .nearest import curve
-from .rigid_motion import RigidMotion
+from .regressed import by_chance, described, larger_than_its_band, parts, sheet_alone
 
 _FREE = 1e3  # times what a pull of what the file leaves out may come to
 _LAG = 4.0  # times half a sample
@@ -55,7 +55,7 @@ def with_rigid_description(
     return diagnosis if found is None else found
 
 
-def _missing(judgement: Judgement, motion: RigidMotion) -> Missing:
+def _missing(judgement: Judgement, motion: MeasuredMotion) -> Missing:
     """The effort that is missing, positive where it drives; the sheet beside it."""
     balance = judgement.balance
     terms = _sheet_terms(judgement)
@@ -110,7 +110,7 @@ def _described(
     diagnosis: Diagnosis, judgement: Judgement, without: Collection[str]
 ) -> Diagnosis | None:
     balance, contest, floor = judgement.balance, judgement.contest, judgement.floor
-    motion = RigidMotion.of(balance, judgement.catalogue)
+    motion = MeasuredMotion.of(balance, judgement.catalogue)
     missing = _missing(judgement, motion)
     if len(np.unique(balance.stretch[motion.known & balance.fitted])) < _LEAST_STRETCHES:
         return None
@@ -121,10 +121,10 @@ def _described(
     judged = balance.judged & motion.known
     if not judged.any():
         return None
-    if not _known(looked, choice):
+    if not larger_than_its_band(looked, choice):
         return None
-    law, sheet = _parts(looked, choice, missing)
-    alone = missing.values - _sheet_alone(choice, missing)
+    law, sheet = parts(looked, choice, missing)
+    alone = missing.values - sheet_alone(choice, missing)
     beside = missing.values - law - sheet
     before, left_over = (float(np.sqrt(np.mean(one[judged] ** 2))) for one in (alone, beside))
     named = min((one.rms(judged) for one in (contest.winner, *contest.rivals)), default=np.inf)
@@ -133,10 +133,9 @@ def _described(
     whole = left_over <= STRUCTURELESS * floor or before - left_over >= EXPLAINED_SHRINK * surplus
     if not whole or named <= left_over or _strained(choice, judgement):
         return None
-    chance = _by_chance(choice)
-    if chance > LEVEL:
+    if by_chance(choice) > LEVEL:
         return None
-    found = _description(judgement, motion, looked, choice, missing, law, sheet, chance)
+    found = _description(judgement, motion, looked, choice, missing, law, sheet)
     left = balance.target + law + sheet
     near = _resembled(judgement, motion, found, missing.rows, left, without)
     # Whether there is a law is decided where it is known; what it closes, wherever gaps are judged.
@@ -182,39 +181,6 @@ def _replaced(measured: Sequence[Measured], others: Sequence[Measured]) -> tuple
     return (*(one for one in measured if one.name not in names), *others)
 
 
-def _known(looked: Balance, choice: Choice) -> bool:
-    """Whether the law is larger than its 95 % band where it was visited.
-
-    What the file leaves out, and the law, may be exchanged for one another at any size.
-    """
-    found = choice.best.found
-    seen = looked.seen(choice.best)
-    variance = np.maximum(np.diag(found.covariance), 0.0)[seen]
-    return bool(np.mean(found.values[seen] ** 2) > 1.96**2 * np.mean(variance))
-
-
-def _by_chance(choice: Choice) -> float:
-    """The probability of as good a prediction by a law without connection to what is missing."""
-    used = choice.alone.count > 0
-    before, after = choice.alone.errors[used], choice.best.found.errors[used]
-    sets = {(one.kind, one.of) for one in (choice.best, *choice.rivals)}
-    return probability(before, after, len(sets))
-
-
-def _parts(looked: Balance, choice: Choice, missing: Missing) -> tuple[FloatArray, FloatArray]:
-    """What law and sheet give along the motion, float64[n] each, positive where it drives."""
-    best = choice.best
-    table = best.found.values @ looked.table(best)
-    if best.kind == "friction":
-        table = -np.sign(looked.motion.speed) * table
-    return table, best.found.pulls @ missing.columns
-
-
-def _sheet_alone(choice: Choice, missing: Missing) -> FloatArray:
-    found: FloatArray = choice.alone.pulls @ missing.columns
-    return found
-
-
 def _strained(choice: Choice, judgement: Judgement) -> bool:
     """Whether a constant would lie further off its sheet than a sound one does."""
     stated = [False for one in judgement.null.unknown for _ in one.columns]
@@ -230,51 +196,35 @@ def _states(term: Term) -> bool:
 
 def _description(
     judgement: Judgement,
-    motion: RigidMotion,
+    motion: MeasuredMotion,
     looked: Balance,
     choice: Choice,
     missing: Missing,
     law: FloatArray,
     sheet: FloatArray,
-    chance: float,
 ) -> Description:
     best, along = choice.best, judgement.catalogue.along
     port = f"{along.side}_{'friction' if best.kind == 'friction' else 'torque'}"
     played = counted_in(best.law(port), judgement.motion.effort_unit, along.machine.linear)
-    half = 1.96 * np.sqrt(np.maximum(np.diag(best.found.covariance), 0.0))
     against = -np.sign(motion.speed) if best.kind == "friction" else np.ones(len(motion.speed))
     rows = missing.rows
     values = missing.values - sheet
-    points = [motion.variable(one, False, best.time_constant_s)[rows] for one in best.of]
-    rivals = choice.beside(best)
-    return Description(
-        law=played,
-        half=half,
-        seen=looked.seen(best),
-        shrink=0.0,
-        formula=formula(played, half),
-        words=f"{words.place(played)} {words.depends(played)}",
-        chance=chance,
-        next_best=tuple((one.of, one.found.error / best.found.error) for one in rivals[:3]),
-        ports=(),
-        turns={},
-        resembles=None,
-        course=Course(
-            motion.time_s,
-            values,
-            1.96 * judgement.white,
-            motion.known,
-            law,
-            played.unit,
-        ),
-        points=np.array([*points, (values * against)[rows]]),
-        in_balance=True,
+    band = 1.96 * judgement.white
+    course = Course(motion.time_s, values, band, motion.known, law, played.unit)
+    return described(
+        looked,
+        choice,
+        played,
+        f"{words.place(played)} {words.depends(played)}",
+        course,
+        (values * against)[rows],
+        rows,
     )
 
 
 def _resembled(
     judgement: Judgement,
-    motion: RigidMotion,
+    motion: MeasuredMotion,
     found: Description,
     rows: NDArray[np.int64],
     left: FloatArray,

@@ -15,6 +15,7 @@ PLACES = {
     "rotor_angle_error": "an error of the rotor's encoder",
     "current_error": "an error of the current's reading",
     "rod_error": "an error of the rod's scale",
+    "following_error": "a departure of the output from its reference",
 }
 BLOCKS = {
     "rotor_torque": "motor_mechanical",

@@ -1,4 +1,4 @@
-"""What a missing effort may depend on, along the motion of a rigid drive."""
+"""What a law may depend on, along the measured motion of an output (rigid drives, followers)."""
 
 from __future__ import annotations
 
@@ -32,11 +32,11 @@ class Decimated:
 
 
 @dataclass(frozen=True, eq=False)
-class RigidMotion:
-    """The compared samples of a rigid drive's motion; see `visited.Visited`.
+class MeasuredMotion:
+    """The compared samples of a measured motion; see `visited.Visited`.
 
     Attributes:
-        known: bool[n], where dry friction is fully against the motion.
+        known: bool[n], where what is missing can be known: past reversals, in motion.
         place: what the position is called: within a turn where the output goes round.
     """
 
@@ -49,19 +49,17 @@ class RigidMotion:
     smooth: Decimated
 
     @classmethod
-    def of(cls, balance: Balance, catalogue: Catalogue) -> RigidMotion:
-        """Of a balance."""
+    def of(cls, balance: Balance, catalogue: Catalogue) -> MeasuredMotion:
+        """Of a rigid drive's balance."""
         motion: Motion = balance.motion
         rows = motion.rows
-        turning = not catalogue.machine.linear
-        turns = np.ptp(motion.position[motion.usable]) / math.tau if turning else 0.0
         slid = balance.usable & ~reversing(motion, catalogue.along)[rows]
         return cls(
             balance.time_s,
             motion.position[rows],
             motion.velocity[rows],
             slid,
-            "rotor_angle" if turns > LEAST_TURNS else "position",
+            place_of(motion, catalogue.machine.linear),
             balance.stretch_s,
             Decimated(motion.step / motion.rate_hz),
         )
@@ -108,3 +106,9 @@ class RigidMotion:
         if name == "travel":
             return since_reversal(self.position, self.speed)
         raise KeyError(name)
+
+
+def place_of(motion: Motion, linear: bool) -> str:
+    """What the position of an output is called: an angle where it goes round far enough."""
+    turns = 0.0 if linear else float(np.ptp(motion.position[motion.usable])) / math.tau
+    return "rotor_angle" if turns > LEAST_TURNS else "position"
