@@ -9,10 +9,10 @@ from typing import Any, TypeVar
 
 from joblib import Parallel, cpu_count, delayed, parallel_config
 from joblib.externals.loky.process_executor import TerminatedWorkerError
-from threadpoolctl import threadpool_limits
 
 from ..errors import InputError
 from .ended_together import ended_together
+from .one_thread import on_one_thread
 
 Argument = TypeVar("Argument")
 Result = TypeVar("Result")
@@ -81,9 +81,9 @@ def over(
     return results
 
 
+@on_one_thread
 def _call(function: Callable[[Any], Any], index: int, argument: Any) -> tuple[int, Any]:
-    with threadpool_limits(1):
-        return index, function(argument)
+    return index, function(argument)
 
 
 @contextmanager

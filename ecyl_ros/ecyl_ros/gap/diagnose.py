@@ -12,6 +12,7 @@ import time
 from collections.abc import Callable, Collection, Mapping
 from typing import Any
 
+from ..analysis.one_thread import on_one_thread
 from ..drive.parameters import DriveParameters
 from ..drive.rigid.machine import Machine
 from ..effects.catalogue import CATALOGUE, rigid_forms
@@ -69,6 +70,7 @@ def check_no_mode(mode: float | None, drive_name: str) -> None:
         )
 
 
+@on_one_thread
 def diagnose(
     recording: Recording,
     drive: DriveParameters | Machine,

@@ -6,6 +6,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Callable, Collection, Sequence
 
+from ..analysis.one_thread import on_one_thread
 from ..drive.parameters import DriveParameters
 from ..drive.stability import check_stability
 from ..errors import InputError
@@ -27,6 +28,7 @@ _SMALL = 0.1  # of the largest misfit above noise: what is less is not that gap
 _GAUGED, _JUDGED = 0.2, 0.9  # shares of the work done when these are
 
 
+@on_one_thread
 def diagnose_long(
     recording: LongRecording,
     drive: DriveParameters,

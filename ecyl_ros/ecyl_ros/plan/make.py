@@ -8,6 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
+from ..analysis.one_thread import on_one_thread
 from ..drive.parameters import DriveParameters
 from ..drive.reference.base import Reference
 from ..drive.reference.planned import Planned
@@ -88,6 +89,7 @@ class Plan:
         }
 
 
+@on_one_thread
 def make_plan(
     drive: DriveParameters,
     duration_s: float,

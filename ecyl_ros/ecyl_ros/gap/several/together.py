@@ -7,6 +7,7 @@ import time
 from collections.abc import Callable, Collection, Sequence
 from typing import Any
 
+from ...analysis.one_thread import on_one_thread
 from ...drive.parameters import DriveParameters
 from ...drive.rigid.machine import Machine
 from ...errors import InputError
@@ -29,6 +30,7 @@ def check_together(drive: DriveParameters | Machine, mode: float | None, drive_n
         )
 
 
+@on_one_thread
 def diagnose_together(
     recordings: Sequence[Recording],
     drive: DriveParameters | Machine,
