@@ -2,8 +2,8 @@
 
     python benchmarks/busy_diagnosis.py
 
-Rigid drives of the study, their cause withheld from the catalogue so that laws are looked
-for, are diagnosed while a process per core computes: as the product does, and with the threads that NumPy
+Rigid drives of the study, their cause withheld from the catalogue so that laws are looked for, are
+diagnosed while a process per core computes: as the product does, and with the threads that NumPy
 takes by itself, in turn. Printed is the processor time of either.
 """
 
