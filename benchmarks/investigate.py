@@ -60,9 +60,10 @@ def main() -> int:
     parser.add_argument("--realtime", action="store_true")
     parser.add_argument("--keep", type=Path, help="folder to keep everything in")
     options = parser.parse_args()
+    drive = load_drive(options.drive)
     nominal = dataclasses.replace(
-        load_drive(options.drive),
-        telemetry_rate=1000.0,
+        drive,
+        telemetry_rate=min(1000.0, drive.controller.rate),
         tolerances=stated_tolerances(options.sheet),
     )
     names = sorted(INSIDE)
