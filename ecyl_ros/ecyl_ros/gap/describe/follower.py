@@ -128,7 +128,8 @@ def _seen(followed: Followed, rows: np.ndarray) -> MeasuredMotion:
     """The motion at some rows; known past the answer to a reversal, and not at rest."""
     motion = followed.motion
     speed = motion.velocity
-    moving = np.abs(speed) > max(3.0 * motion.speed_noise, 1e-3 * float(np.max(np.abs(speed))))
+    top = float(np.nanmax(np.abs(speed)))
+    moving = np.abs(speed) > max(3.0 * motion.speed_noise, 1e-3 * top)
     sign = np.sign(np.where(moving, speed, 0.0))
     changed = np.flatnonzero(np.concatenate([[True], sign[1:] != sign[:-1]]))
     since = np.arange(sign.size) - np.repeat(changed, np.diff(np.append(changed, sign.size)))
