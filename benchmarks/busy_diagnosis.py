@@ -44,9 +44,7 @@ def main() -> None:
     subjects = [(drives.given(case), case.withheld) for case in cases]
     free: Callable[..., Any] = diagnose.__wrapped__  # type: ignore[attr-defined]
     seconds(diagnose, *subjects[0])  # compiles what is not yet
-    busy = [
-        subprocess.Popen([sys.executable, "-c", "while True: pass"]) for _ in range(max(cores, 1))
-    ]
+    busy = [subprocess.Popen([sys.executable, "-c", "while True: pass"]) for _ in range(cores)]
     rows, spent = [], [0.0, 0.0]
     try:
         with threadpool_limits(cores):

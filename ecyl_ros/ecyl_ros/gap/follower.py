@@ -103,15 +103,13 @@ def diagnose_follower(
     best = judge.fit(judge.fitted, lags=True, widths=True)
     tell(0.5)
     whole, spans = judge.with_intervals(lambda share: tell(0.5 + 0.45 * share))
-    gap = _rms((motion.raw_position - reference)[judge.judged])
-    left = _rms((motion.raw_position - best.position)[judge.judged])
+    gap = judge.left(reference, judge.judged)
+    left = judge.left(best.position, judge.judged)
     only = {
         "lag": judge.fit(judge.fitted, lags=True, widths=False),
         "width": judge.fit(judge.fitted, lags=False, widths=True),
     }
-    alone = {
-        name: _rms((motion.raw_position - one.position)[judge.judged]) for name, one in only.items()
-    }
+    alone = {name: judge.left(one.position, judge.judged) for name, one in only.items()}
     spread = float(np.std(motion.raw_position[usable])) or 1.0
     no_gap = gap <= NO_GAP_RATIO * floor
     stamp = int(recording.stamp_ns[0])
@@ -144,6 +142,8 @@ def diagnose_follower(
         measured=_measured(motion, end, step, whole, spans, gap, left),
         floor_is="the noise and resolution of the position",
     )
+    if no_gap:
+        return found
     return with_follower_description(found, judge.followed(machine.linear, best, spans, floor))
 
 
@@ -183,8 +183,8 @@ class _Judge:
         self, motion: Motion, reference: FloatArray, usable: BoolArray, step: float
     ) -> None:
         self.motion, self.reference, self.usable, self.step = motion, reference, usable, step
-        time_s = motion.time_s
-        self.stretch = (time_s / stretch_length(float(time_s[-1]))).astype(np.int64)
+        self.stretch_s = stretch_length(float(motion.time_s[-1]))
+        self.stretch = (motion.time_s / self.stretch_s).astype(np.int64)
         held = self.stretch % HELD_OUT_EVERY == 1
         self.judged: BoolArray = usable & held
         self.fitted: BoolArray = usable & ~held
@@ -195,7 +195,26 @@ class _Judge:
 
         looped: the lag is that of a first-order loop, not a delay.
         """
-        return self._scan(rows, lags, widths, looped)
+        reach = float(np.ptp(self.reference[self.usable]))
+        low = np.array([0.0, 0.0])
+        high = np.array([_LONGEST_LAG_S if lags else 0.0, 0.9 * reach if widths else 0.0])
+        best = np.zeros(2)
+        for _ in range(_ROUNDS):
+            lag = np.linspace(low[0], high[0], _GRID if lags else 1)
+            width = np.linspace(low[1], high[1], _GRID if widths else 1)
+            cost = self._costs(lag, width, rows, looped)
+            at = np.unravel_index(int(np.argmin(cost)), cost.shape)
+            best = np.array([lag[at[0]], width[at[1]]])
+            reach_now = 3.0 * (high - low) / max(_GRID - 1, 1)
+            low, high = np.maximum(best - reach_now, 0.0), best + reach_now
+            if not lags:
+                low[0] = high[0] = 0.0
+            if not widths:
+                low[1] = high[1] = 0.0
+        played = np.empty(self.reference.size)
+        _play(self._late(float(best[0]), looped), 0.5 * float(best[1]), played)
+        offset = float(np.mean((self.motion.raw_position - played)[rows]))
+        return _Followed(float(best[0]), float(best[1]), offset, played + offset)
 
     def with_intervals(
         self, tell: Callable[[float], None]
@@ -232,7 +251,7 @@ class _Judge:
         """What a law is looked for beside, where the fit to the fitted rows is `delayed`: that, or
         a loop in place of the delay where this is closer."""
         loop = self.fit(self.fitted, lags=True, widths=True, looped=True)
-        looped = self._left(loop) < self._left(delayed)
+        looped = self.left(loop.position, self.fitted) < self.left(delayed.position, self.fitted)
         found = loop if looped else delayed
         late = self._late(found.lag_s, looped)
         behind = (late - (found.position - found.offset)) / max(0.5 * found.width, 1e-300)
@@ -249,34 +268,13 @@ class _Judge:
             width_half=half["width"],
             fitted=self.fitted,
             judged=self.judged,
-            stretch_s=stretch_length(float(self.motion.time_s[-1])),
+            stretch_s=self.stretch_s,
             floor=floor,
         )
 
-    def _left(self, found: _Followed) -> float:
-        return _rms((self.motion.raw_position - found.position)[self.fitted])
-
-    def _scan(self, rows: BoolArray, lags: bool, widths: bool, looped: bool) -> _Followed:
-        reach = float(np.ptp(self.reference[self.usable]))
-        low = np.array([0.0, 0.0])
-        high = np.array([_LONGEST_LAG_S if lags else 0.0, 0.9 * reach if widths else 0.0])
-        best = np.zeros(2)
-        for _ in range(_ROUNDS):
-            lag = np.linspace(low[0], high[0], _GRID if lags else 1)
-            width = np.linspace(low[1], high[1], _GRID if widths else 1)
-            cost = self._costs(lag, width, rows, looped)
-            at = np.unravel_index(int(np.argmin(cost)), cost.shape)
-            best = np.array([lag[at[0]], width[at[1]]])
-            reach_now = 3.0 * (high - low) / max(_GRID - 1, 1)
-            low, high = np.maximum(best - reach_now, 0.0), best + reach_now
-            if not lags:
-                low[0] = high[0] = 0.0
-            if not widths:
-                low[1] = high[1] = 0.0
-        played = np.empty(self.reference.size)
-        _play(self._late(float(best[0]), looped), 0.5 * float(best[1]), played)
-        offset = float(np.mean((self.motion.raw_position - played)[rows]))
-        return _Followed(float(best[0]), float(best[1]), offset, played + offset)
+    def left(self, position: FloatArray, rows: BoolArray) -> float:
+        """RMS of the recorded position less another, float64[n], on `rows`."""
+        return float(np.sqrt(np.mean((self.motion.raw_position - position)[rows] ** 2)))
 
     def _costs(
         self, lags: FloatArray, widths: FloatArray, rows: BoolArray, looped: bool
@@ -319,10 +317,6 @@ def _play_costs(reference, halves, position, rows, out):
                 first += left
                 second += left * left
         out[number] = second / count - (first / count) ** 2
-
-
-def _rms(values: FloatArray) -> float:
-    return float(np.sqrt(np.mean(values**2))) if values.size else 0.0
 
 
 def _measured(

@@ -19,21 +19,18 @@ from scipy.signal import savgol_filter
 
 from ...drive.rigid.law import counted_in
 from ..diagnosis import BoolArray, Diagnosis, FloatArray
-from ..judge.verdict import EXPLAINED_SHRINK, STRUCTURELESS, shrink_of
+from ..judge.verdict import shrink_of
 from ..rigid.motion import Motion
 from . import words
-from .chance import LEVEL
 from .choose import Balance, choose
 from .description import Course, Description
 from .measured_motion import Decimated, MeasuredMotion, place_of
 from .missing import Missing
-from .regressed import by_chance, described, larger_than_its_band, parts, sheet_alone
+from .regressed import FREE, LEAST_STRETCHES, described, held
 
 _PORT = "following_error"
 _MOST_ROWS = 5000
 _SETTLED = 3.0  # lags after which a first-order loop has answered to 5 %
-_FREE = 1e3  # times the error that a pull of the acceleration may come to
-_LEAST_STRETCHES = 12  # that are fitted: fewer tell too little of what a law depends on
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,9 +60,7 @@ class Followed:
 
 
 def with_follower_description(diagnosis: Diagnosis, followed: Followed) -> Diagnosis:
-    """The diagnosis; where it is `unexplained` and a law holds on unseen data, `described`."""
-    if diagnosis.verdict != "unexplained":
-        return diagnosis
+    """The diagnosis of a gap; where a law holds on unseen data, `described`."""
     motion, end = followed.motion, diagnosis.signals[0].unit
     rows = np.arange(0, motion.time_s.size, max(1, motion.time_s.size // _MOST_ROWS))
     seen = _seen(followed, rows)
@@ -74,21 +69,16 @@ def with_follower_description(diagnosis: Diagnosis, followed: Followed) -> Diagn
     missing = _missing(followed, seen, rows, end)
     fitted, judged = followed.fitted[rows], followed.judged[rows] & seen.known
     stretch = np.floor(seen.time_s / seen.stretch_s)
-    if len(np.unique(stretch[seen.known & fitted])) < _LEAST_STRETCHES or not judged.any():
+    if len(np.unique(stretch[seen.known & fitted])) < LEAST_STRETCHES or not judged.any():
         return diagnosis
     looked = Balance([(missing, 1.0)], seen, fitted)
     choice = choose((_PORT,), {_PORT: looked}, seen)
-    if choice is None or not choice.explains or not choice.best.of:
+    if choice is None or not choice.best.of:
         return diagnosis
-    law, loop = parts(looked, choice, missing)
-    alone = missing.values - sheet_alone(choice, missing)
-    before, after = (
-        float(np.sqrt(np.mean(one[judged] ** 2))) for one in (alone, missing.values - law - loop)
-    )
-    surplus = max(before - followed.floor, 1e-12)
-    whole = after <= STRUCTURELESS * followed.floor or before - after >= EXPLAINED_SHRINK * surplus
-    if not whole or not larger_than_its_band(looked, choice) or by_chance(choice) > LEVEL:
+    holds = held(looked, choice, missing, judged, followed.floor)
+    if holds is None:
         return diagnosis
+    law, loop, _ = holds
     played = counted_in(choice.best.law(_PORT), end, followed.linear)
     values = missing.values - loop
     found = described(
@@ -161,7 +151,7 @@ def _missing(followed: Followed, seen: MeasuredMotion, rows: np.ndarray, end: st
             np.full(rows.size, followed.offset_half),
             -followed.lag_half_s * motion.velocity[rows],
             -0.5 * followed.width_half * followed.dead_band[rows],
-            _FREE * size * second,
+            FREE * size * second,
         ]
     )
     known = np.flatnonzero(seen.known)

@@ -2,19 +2,57 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
 from ...drive.law import Law
-from ..diagnosis import FloatArray
-from .chance import probability
+from ..diagnosis import BoolArray, FloatArray
+from ..judge.verdict import EXPLAINED_SHRINK, STRUCTURELESS
+from .chance import LEVEL, probability
 from .choose import Balance, Choice
 from .description import Course, Description
 from .formula import formula
 from .missing import Missing
 
+FREE = 1e3  # times what is missing: what a pull of a constant that nobody states may come to
+LEAST_STRETCHES = 12  # that are fitted: fewer tell too little of what a law depends on
 
-def larger_than_its_band(looked: Balance, choice: Choice) -> bool:
+
+class Held(NamedTuple):
+    """A law that holds: what it and the sheet give along the motion, float64[n], positive where it
+    drives; the RMS that they leave on held-out samples."""
+
+    law: FloatArray
+    sheet: FloatArray
+    left: float
+
+
+def held(
+    looked: Balance, choice: Choice, missing: Missing, judged: BoolArray, floor: float
+) -> Held | None:
+    """The best law, where it accounts for what is missing, and not by chance; None elsewhere.
+
+    judged: bool[n], held-out samples, one at least.
+    """
+    best = choice.best
+    if not choice.explains or not _larger_than_its_band(looked, choice):
+        return None
+    law = best.found.values @ looked.table(best)
+    if best.kind == "friction":
+        law = -np.sign(looked.motion.speed) * law
+    sheet = best.found.pulls @ missing.columns
+    alone = missing.values - choice.alone.pulls @ missing.columns
+    beside = missing.values - law - sheet
+    before, left = (float(np.sqrt(np.mean(one[judged] ** 2))) for one in (alone, beside))
+    surplus = max(before - floor, 1e-12)
+    # Nothing says what else may act beside a law: it has to account for all, as causes do.
+    whole = left <= STRUCTURELESS * floor or before - left >= EXPLAINED_SHRINK * surplus
+    return Held(law, sheet, left) if whole and _by_chance(choice) <= LEVEL else None
+
+
+def _larger_than_its_band(looked: Balance, choice: Choice) -> bool:
     """Whether the law is larger than its 95 % band where it was visited.
 
     What the file leaves out, and the law, may be exchanged for one another at any size.
@@ -25,27 +63,12 @@ def larger_than_its_band(looked: Balance, choice: Choice) -> bool:
     return bool(np.mean(found.values[seen] ** 2) > 1.96**2 * np.mean(variance))
 
 
-def by_chance(choice: Choice) -> float:
+def _by_chance(choice: Choice) -> float:
     """The probability of as good a prediction by a law without connection to what is missing."""
     used = choice.alone.count > 0
     before, after = choice.alone.errors[used], choice.best.found.errors[used]
     sets = {(one.kind, one.of) for one in (choice.best, *choice.rivals)}
     return probability(before, after, len(sets))
-
-
-def parts(looked: Balance, choice: Choice, missing: Missing) -> tuple[FloatArray, FloatArray]:
-    """What law and sheet give along the motion, float64[n] each, positive where it drives."""
-    best = choice.best
-    table = best.found.values @ looked.table(best)
-    if best.kind == "friction":
-        table = -np.sign(looked.motion.speed) * table
-    return table, best.found.pulls @ missing.columns
-
-
-def sheet_alone(choice: Choice, missing: Missing) -> FloatArray:
-    """What the sheet alone gives along the motion, float64[n]."""
-    found: FloatArray = choice.alone.pulls @ missing.columns
-    return found
 
 
 def described(
@@ -73,7 +96,7 @@ def described(
         shrink=0.0,
         formula=formula(law, half),
         words=text,
-        chance=by_chance(choice),
+        chance=_by_chance(choice),
         next_best=tuple((one.of, one.found.error / best.found.error) for one in rivals[:3]),
         ports=(),
         turns={},

@@ -19,7 +19,7 @@ from ...effects.catalogue import EFFECTS, RIGID
 from ...effects.term import Term
 from ..compete.strain import STRAINED
 from ..diagnosis import Diagnosis, FloatArray, Measured
-from ..judge.verdict import EXPLAINED_SHRINK, STRUCTURELESS, shrink_of
+from ..judge.verdict import shrink_of
 from ..rigid.closest import closest, per_effort
 from ..rigid.judge import Judgement
 from ..rigid.measured import relative_error
@@ -29,17 +29,14 @@ from ..rigid.sets import Sets
 from ..rigid.solution import Solution
 from ..sheet import PULL_PRICE
 from . import words
-from .chance import LEVEL
 from .choose import Balance, Choice, choose
 from .description import Course, Description, Resembled
 from .measured_motion import MeasuredMotion
 from .missing import TORQUE, Missing
 from .nearest import curve
-from .regressed import by_chance, described, larger_than_its_band, parts, sheet_alone
+from .regressed import FREE, LEAST_STRETCHES, described, held
 
-_FREE = 1e3  # times what a pull of what the file leaves out may come to
 _LAG = 4.0  # times half a sample
-_LEAST_STRETCHES = 12  # that are fitted: fewer tell too little of what a law depends on
 
 
 def with_rigid_description(
@@ -81,7 +78,7 @@ def _per_pull(judgement: Judgement) -> FloatArray:
     size = float(np.std(balance.target[balance.usable])) or 1.0
     for term in null.unknown:
         spread = np.std(balance.columns([term])[balance.usable], axis=0)
-        found += (_FREE * size / np.where(spread > 0.0, spread, 1.0)).tolist()
+        found += (FREE * size / np.where(spread > 0.0, spread, 1.0)).tolist()
     for one in null.uncertain:
         # The lag was found beside what is missing, and may be off by as much as any lag may be.
         wide = 1.0 if _states(one.term) else _LAG
@@ -112,29 +109,18 @@ def _described(
     balance, contest, floor = judgement.balance, judgement.contest, judgement.floor
     motion = MeasuredMotion.of(balance, judgement.catalogue)
     missing = _missing(judgement, motion)
-    if len(np.unique(balance.stretch[motion.known & balance.fitted])) < _LEAST_STRETCHES:
+    if len(np.unique(balance.stretch[motion.known & balance.fitted])) < LEAST_STRETCHES:
         return None
     looked = Balance([(missing, 1.0)], motion, balance.fitted)
     choice = choose(("torque", "friction"), {"torque": looked, "friction": looked}, motion)
-    if choice is None or not choice.explains:
-        return None
     judged = balance.judged & motion.known
-    if not judged.any():
+    if choice is None or not judged.any():
         return None
-    if not larger_than_its_band(looked, choice):
-        return None
-    law, sheet = parts(looked, choice, missing)
-    alone = missing.values - sheet_alone(choice, missing)
-    beside = missing.values - law - sheet
-    before, left_over = (float(np.sqrt(np.mean(one[judged] ** 2))) for one in (alone, beside))
+    holds = held(looked, choice, missing, judged, floor)
     named = min((one.rms(judged) for one in (contest.winner, *contest.rivals)), default=np.inf)
-    surplus = max(before - floor, 1e-12)
-    # Nothing says what else may act beside a law: it has to account for all, as causes do.
-    whole = left_over <= STRUCTURELESS * floor or before - left_over >= EXPLAINED_SHRINK * surplus
-    if not whole or named <= left_over or _strained(choice, judgement):
+    if holds is None or named <= holds.left or _strained(choice, judgement):
         return None
-    if by_chance(choice) > LEVEL:
-        return None
+    law, sheet, _ = holds
     found = _description(judgement, motion, looked, choice, missing, law, sheet)
     left = balance.target + law + sheet
     near = _resembled(judgement, motion, found, missing.rows, left, without)
