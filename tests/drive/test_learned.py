@@ -11,7 +11,7 @@ import pytest
 from ecyl_ros.drive.drive_file import drive_from_flat, drive_to_flat, load_drive
 from ecyl_ros.drive.engine import simulate
 from ecyl_ros.drive.law import Law
-from ecyl_ros.effects.learned import places
+from ecyl_ros.effects.learned import places, segments
 from ecyl_ros.errors import InputError
 
 DRIVE = load_drive("bench")
@@ -69,7 +69,7 @@ def test_between_places_a_line_stays_a_line_and_beyond_them_the_value_holds():
     """Hermite's cubic gives back a straight line on uneven places, and no more than the ends."""
     at = np.sort(np.random.default_rng(1).uniform(-1.0, 1.0, 9))
     for x in np.linspace(-2.0, 2.0, 101):
-        found = places(at, len(at), 0.0, x)
+        found = places(segments(at, 0.0), len(at), 0.0, x)
         value = sum(found[4 + k] * (3.0 * at[found[k]] - 1.0) for k in range(4))
         assert value == pytest.approx(3.0 * np.clip(x, at[0], at[-1]) - 1.0, abs=1e-12)
 
@@ -78,7 +78,7 @@ def test_a_periodic_table_goes_round():
     """A sine by 24 places a turn is a sine to 0.1 %, any number of turns away."""
     at = np.arange(24) * 2.0 * math.pi / 24
     for x in np.linspace(-30.0, 30.0, 301):
-        found = places(at, 24, 2.0 * math.pi, x)
+        found = places(segments(at, 2.0 * math.pi), 24, 2.0 * math.pi, x)
         value = sum(found[4 + k] * math.sin(at[found[k]]) for k in range(4))
         assert value == pytest.approx(math.sin(x), abs=1e-3)
 

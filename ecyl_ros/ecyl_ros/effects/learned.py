@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from ..drive.compiled import called, kernel
 from ..drive.law import MOST_PLACES, MOST_VALUES, PORTS, VARIABLES, Law
@@ -26,6 +27,7 @@ from ..drive.parameters import DriveParameters
 _NUMBER = {name: number for number, name in enumerate(PORTS, 1)}
 _PLACE = {name: number for number, name in enumerate(VARIABLES)}
 _IN_PLANT = LOAD_FRICTION + 1  # ports up to here act within a step of the plant
+SEGMENT = 14  # numbers that hold one segment of a table's axis, see `segments`
 
 # What the packed record holds of it.
 FIELDS = [
@@ -35,7 +37,7 @@ FIELDS = [
     ("learned_count", "i8", (2,)),  # 0: fewer variables
     ("learned_period", "f8", (2,)),
     ("learned_heat_kept", "f8"),  # share that heat keeps over a tick
-    ("learned_at", "f8", (2, MOST_PLACES)),
+    ("learned_segments", "f8", (2, MOST_PLACES, SEGMENT)),
     ("learned_value", "f8", (MOST_VALUES,)),
 ]
 
@@ -46,7 +48,7 @@ def put_table(record: np.ndarray, law: Law) -> None:
         record["learned_variables"][0, row] = _PLACE[name]
         record["learned_count"][0, row] = len(places)
         record["learned_period"][0, row] = law.periods[row]
-        record["learned_at"][0, row, : len(places)] = places
+        record["learned_segments"][0, row, : len(places)] = segments(places, law.periods[row])
     record["learned_value"][0, : len(law.values)] = law.values
 
 
@@ -84,70 +86,92 @@ def rate(law: Law, drive: DriveParameters) -> float:
     return fastest
 
 
-@kernel
-def _slope_weights(left, right, has_left, has_right):
-    """What a slope at a place takes of the values (before, here, after); left, right: distances."""
-    if has_left and has_right:
-        whole = left + right
-        a, b = right / (whole * left), left / (whole * right)
-        return -a, a - b, b
-    if has_right:
-        return 0.0, -1.0 / right, 1.0 / right
-    return -1.0 / left, 1.0 / left, 0.0
+def segments(at: ArrayLike, period: float) -> NDArray[np.float64]:
+    """The cubics between the places of a table's axis, as `places` takes them.
+
+    Args:
+        at: float64[k], increasing. period: of the axis, 0 for none.
+
+    Returns:
+        float64[k, SEGMENT], of the segment that begins at each place: the place, 1 over the
+        segment's width, and of each of the four weights (of the value before it, at its beginning,
+        at its end, beyond it) the factors of t, t^2 and t^3, t being the share of the width that
+        has been passed. At t = 0 the second weight is 1 and the others are 0. Without a period the
+        last place begins no segment.
+    """
+    here = np.asarray(at, dtype=float)
+    wraps = period > 0.0
+    width = np.append(np.diff(here), here[0] + period - here[-1] if wraps else 1.0)
+    # Of the slope at each place: what it takes of the values before, at and after it.
+    left = np.roll(width, 1)
+    slope = np.column_stack([-width / left, width / left - left / width, left / width])
+    slope /= (left + width)[:, None]
+    if not wraps:
+        slope[0] = 0.0, -1.0 / width[0], 1.0 / width[0]
+        slope[-1] = -1.0 / left[-1], 1.0 / left[-1], 0.0
+    # Hermite's: value and slope at the beginning, value and slope at the end.
+    ends = np.array([[[0.0, -3.0, 2.0], [0.0, 3.0, -2.0]]])
+    begins = width[:, None, None] * slope[:, :, None] * np.array([1.0, -2.0, 1.0])
+    stops = width[:, None, None] * np.roll(slope, -1, axis=0)[:, :, None] * np.array([0, -1, 1])
+    weights = np.zeros((len(here), 4, 3))
+    weights[:, 1:3] = ends
+    weights[:, :3] += begins
+    weights[:, 1:] += stops
+    return np.column_stack([here, 1.0 / width, weights.reshape(len(here), -1)])
 
 
 @kernel
-def places(at, count, period, x):
+def _cubic(segment, first, t):
+    return t * (segment[first] + t * (segment[first + 1] + t * segment[first + 2]))
+
+
+@kernel
+def places(segments, count, period, x):
     """Where `x` lies on a table's axis: (four rows, four weights), as a flat tuple of eight.
 
-    at: float64[count ...], increasing. period: of the axis, 0 for none.
+    segments: float64[count ..., SEGMENT], as `segments` makes them. period: of the axis, 0 for
+    none.
     """
+    first, last = segments[0, 0], segments[count - 1, 0]
     if period > 0.0:
-        x = at[0] + (x - at[0]) - period * math.floor((x - at[0]) / period)
-    elif x <= at[0]:
+        x -= period * math.floor((x - first) / period)
+    elif x <= first:
         return 0, 0, 0, 0, 0.0, 1.0, 0.0, 0.0
-    elif x >= at[count - 1]:
+    elif x >= last:
         return 0, count - 1, 0, 0, 0.0, 1.0, 0.0, 0.0
+    # Even places are found at once; others are searched for.
+    here = min(max(int((x - first) * segments[0, 1]), 0), count - 1)
     low, high = 0, count
+    if segments[here, 0] <= x:
+        low = here
+        if here + 1 == count or x < segments[here + 1, 0]:
+            high = here + 1
+    else:
+        high = here
     while high - low > 1:
         middle = (low + high) // 2
-        if at[middle] <= x:
+        if segments[middle, 0] <= x:
             low = middle
         else:
             high = middle
-    here, after = low, low + 1
-    wraps = period > 0.0
-    if wraps:
-        before = here - 1 if here > 0 else count - 1
-        after = after if after < count else 0
-        beyond = after + 1 if after + 1 < count else 0
-        width = at[after] - at[here] + (period if after <= here else 0.0)
-        left = at[here] - at[before] + (period if before >= here else 0.0)
-        right = at[beyond] - at[after] + (period if beyond <= after else 0.0)
-        has_left = has_right = True
+    segment = segments[low]
+    before, after, beyond = low - 1, low + 1, low + 2
+    if period > 0.0:
+        before += count if before < 0 else 0
+        after -= count if after >= count else 0
+        beyond -= count if beyond >= count else 0
     else:
-        has_left, has_right = here > 0, after < count - 1
-        before = here - 1 if has_left else 0
-        beyond = after + 1 if has_right else 0
-        width = at[after] - at[here]
-        left = at[here] - at[before] if has_left else 1.0
-        right = at[beyond] - at[after] if has_right else 1.0
-    t = (x - at[here]) / width
-    m0, m1, m2 = _slope_weights(left, width, has_left, True)
-    n1, n2, n3 = _slope_weights(width, right, True, has_right)
-    h00 = (1.0 + 2.0 * t) * (1.0 - t) * (1.0 - t)
-    h10 = width * t * (1.0 - t) * (1.0 - t)
-    h01 = t * t * (3.0 - 2.0 * t)
-    h11 = width * t * t * (t - 1.0)
+        before, beyond = max(before, 0), min(beyond, count - 1)
+    t = (x - segment[0]) * segment[1]
     return (
         before,
-        here,
+        low,
         after,
         beyond,
-        h10 * m0,
-        h00 + h10 * m1 + h11 * n1,
-        h01 + h10 * m2 + h11 * n2,
-        h11 * n3,
+        _cubic(segment, 2, t),
+        1.0 + _cubic(segment, 5, t),
+        _cubic(segment, 8, t),
+        _cubic(segment, 11, t),
     )
 
 
@@ -196,14 +220,14 @@ def law_value(p, angle, speed, current, torque, voltage, time, heat, travel):
     x = _variable(
         p, p.learned_variables[0], angle, speed, current, torque, voltage, time, heat, travel
     )
-    found = places(p.learned_at[0], p.learned_count[0], p.learned_period[0], x)
+    found = places(p.learned_segments[0], p.learned_count[0], p.learned_period[0], x)
     width = p.learned_count[1]
     if width == 0:
         return _row(p, 0, found)
     x = _variable(
         p, p.learned_variables[1], angle, speed, current, torque, voltage, time, heat, travel
     )
-    across = places(p.learned_at[1], width, p.learned_period[1], x)
+    across = places(p.learned_segments[1], width, p.learned_period[1], x)
     return (
         found[4] * _row(p, found[0] * width, across)
         + found[5] * _row(p, found[1] * width, across)

@@ -13,7 +13,7 @@ import numpy as np
 
 from ...drive.compiled import allocating
 from ...drive.law import PERIODS
-from ...effects.learned import places
+from ...effects.learned import places, segments
 from ..replay.replay import FloatArray
 
 # Places of the axis of a law of one variable, and of each of two.
@@ -48,7 +48,8 @@ class Axis:
 
     def columns(self, values: FloatArray) -> FloatArray:
         """What each place's value counts for along a variable: float64[k, n]."""
-        return _columns(self.at, self.period, np.ascontiguousarray(values, dtype=np.float64))
+        made = segments(self.at, self.period)
+        return _columns(made, self.period, np.ascontiguousarray(values, dtype=np.float64))
 
     def roughness(self) -> FloatArray:
         """The penalty's matrix, float64[k, k]: second differences, of two places the first."""
@@ -66,10 +67,11 @@ class Axis:
 
 
 @allocating
-def _columns(at, period, values):
-    found = np.zeros((at.shape[0], values.shape[0]))
+def _columns(segments, period, values):
+    count = segments.shape[0]
+    found = np.zeros((count, values.shape[0]))
     for index in range(values.shape[0]):
-        row = places(at, at.shape[0], period, values[index])
+        row = places(segments, count, period, values[index])
         found[row[0], index] += row[4]
         found[row[1], index] += row[5]
         found[row[2], index] += row[6]

@@ -67,7 +67,7 @@ def effect_text(law: Law, name: str) -> str:
     lines += [
         f"from .effect import {imported}{', bristle, put_bristle' if law.of_friction else ''}"
     ]
-    lines += ["from .learned import places"] if law.of else []
+    lines += ["from .learned import places, segments"] if law.of else []
     lines += [
         "",
         *constants(law),

@@ -61,7 +61,10 @@ def sized(law: Law) -> float:
 def constants(law: Law) -> list[str]:
     """The law's table over its largest value, as constants of a file."""
     lines = ["# As it was learned; its largest value is 1."]
-    lines += [f"_AT_{k} = np.array({_numbers(one)})" for k, one in enumerate(law.at, 1)]
+    lines += [
+        f"_AXIS_{k} = segments({_numbers(one)}, {period!r})"
+        for k, (one, period) in enumerate(zip(law.at, law.periods, strict=True), 1)
+    ]
     return [*lines, f"_SHAPE = np.array({_numbers(np.array(law.values) / sized(law))})"]
 
 
@@ -74,7 +77,7 @@ def looked_up(law: Law, given: Mapping[str, str]) -> list[str]:
         zip(law.of, law.at, law.periods, strict=True), 1
     ):
         body.append(f"    x = {given[one]}")
-        body.append(f"    at_{number} = places(_AT_{number}, {len(places)}, {period!r}, x)")
+        body.append(f"    at_{number} = places(_AXIS_{number}, {len(places)}, {period!r}, x)")
     if len(law.of) == 1:
         terms = [f"at_1[{k + 4}] * _SHAPE[at_1[{k}]]" for k in range(4)]
     else:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -35,8 +35,6 @@ _FAR = 20.0  # times its RMS that a law may move
 ROUGHLY = ((COARSE, 2),)
 CLOSELY = (*((COARSE, 3),) * 2, *((MEDIUM, 3),) * 2, *((FINE, 3),) * 3, (EXACT, 2))
 _STILL = 0.98  # of its cost: a stage that leaves more than this is not repeated
-
-Seen = Callable[[FloatArray], FloatArray]
 
 
 @dataclass(frozen=True, eq=False)
@@ -144,7 +142,11 @@ def play(
     high = np.concatenate([np.full(count, _FAR), highest])
     reached = np.clip(np.concatenate([np.zeros(count), pulls]), low, high)
     gap = best.gap
-    slopes = np.zeros((size, len(fitter.replay.signals) * int(rows.sum())))
+    slopes = np.zeros((size, *gap.shape))
+
+    def residual(where: FloatArray) -> FloatArray:
+        return fitter.replay.playing(at(where)).gap({}, sheet.constants(where[count:]))
+
     before = math.inf
     last: Stage | None = None
     for stage, most in how:
@@ -154,23 +156,18 @@ def play(
             continue
         if stage is last and best.fitted > _STILL * before:
             continue
+        first = last is None
         before, last = best.fitted, stage
         seen = fitter.blurred(stage.blur_s)
         steps = np.array([stage.difference] * count + [stage.pulled] * len(sheet))
 
         passed: list[tuple[FloatArray, Played]] = []
 
-        def residual(where: FloatArray, seen: Seen = seen) -> FloatArray:
-            replay = fitter.replay.playing(at(where))
-            return seen(replay.gap({}, sheet.constants(where[count:])))
-
         def tried(
-            where: FloatArray,
-            seen: Seen = seen,
-            passed: list[tuple[FloatArray, Played]] = passed,
+            where: FloatArray, passed: list[tuple[FloatArray, Played]] = passed
         ) -> FloatArray:
             passed.append((where, evaluate(fitter, at(where), where[count:])))
-            return seen(passed[-1][1].gap)
+            return passed[-1][1].gap
 
         typical = float(np.median(np.abs(seen(gap))))
         objective = Objective(
@@ -181,6 +178,7 @@ def play(
             precision=np.concatenate([rough, np.full(len(sheet), 4.0)]),
             low=low,
             high=high,
+            seen=seen,
         )
         descend(
             objective,
@@ -191,14 +189,16 @@ def play(
             Differences(steps, stage.central),
             most=most,
             least=CONVERGED,
+            fresh=first or stage is EXACT,
         )
         # The next stage goes on from what this one finds best, as it sees it.
-        values = [objective.value(seen(one.gap), where) for where, one in passed]
+        values = [objective.value(one.gap, where) for where, one in passed]
         reached, gap = passed[int(np.argmin(values))][0], passed[int(np.argmin(values))][1].gap
         best = min([best, *(one for _, one in passed)], key=lambda one: one.fitted)
     if last is not EXACT:
         return best  # a comparison needs no bands
     price = np.array([*rough, *[PULL_PRICE] * len(sheet)])
+    slopes = slopes[:, :, rows].reshape(size, -1)
     half, pull_half = _half_widths(best, slopes, along, price, guess, fitter)
     unseen = _unseen(best, slopes, price, fitter)
     return dataclasses.replace(best, half=half, pull_half=pull_half, unseen=unseen)

@@ -48,7 +48,7 @@ def rigid_effect_text(law: Law, name: str, linear: bool) -> str:
         "from ..drive.compiled import kernel",
         "from .along import Along",
         "from .effect import Effect",
-        *(["from .learned import places"] if law.of else []),
+        *(["from .learned import places, segments"] if law.of else []),
         "from .rigid_form import RigidForm, level",
         "from .term import Term",
         "",

@@ -32,8 +32,9 @@ class Objective:
     """What is brought down.
 
     Attributes:
-        residual: float64[m] of the replay at a point float64[k]. tried: the same of a step that may
-            be taken, for the caller to keep what it is like.
+        residual: float64[...] of the replay at a point float64[k]. tried: the same of a step that
+            may be taken, for the caller to keep what it is like.
+        seen: float64[m] that counts of a residual, linear in it.
         loss_scale: of Cauchy's loss. evidence: pieces of evidence in the residual.
         precision: float64[k], of the price: point^2 times it.
         low, high: float64[k], bounds.
@@ -46,21 +47,28 @@ class Objective:
     precision: FloatArray
     low: FloatArray
     high: FloatArray
+    seen: Callable[[FloatArray], FloatArray] = np.ravel
 
     def value(self, residual: FloatArray, point: FloatArray) -> float:
         """At a point with its residual."""
-        level = robust_mean_square(residual, self.loss_scale)
+        level = robust_mean_square(self.seen(residual), self.loss_scale)
         return self.evidence * math.log(level) + float(self.precision @ point**2)
 
     def curvature(
         self, residual: FloatArray, point: FloatArray, slopes: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
         """(float64[k, k] without the price, float64[k] with it): of half the objective."""
-        weights = robust_weights(residual, self.loss_scale)
-        level = robust_mean_square(residual, self.loss_scale)
-        scale = self.evidence / (level * residual.size)
-        hessian, slope = weighted_products(slopes, weights, residual)
+        left = self.seen(residual)
+        weights = robust_weights(left, self.loss_scale)
+        level = robust_mean_square(left, self.loss_scale)
+        scale = self.evidence / (level * left.size)
+        hessian, slope = weighted_products(self._slopes_seen(slopes), weights, left)
         return scale * hessian, scale * slope + self.precision * point
+
+    def _slopes_seen(self, slopes: FloatArray) -> FloatArray:
+        if self.seen is np.ravel:
+            return slopes
+        return np.stack([self.seen(one) for one in slopes])
 
 
 @dataclass(frozen=True)
@@ -81,6 +89,7 @@ def descend(
     *,
     most: int,
     least: float,
+    fresh: bool = True,
     mended: Callable[[FloatArray, FloatArray], None] | None = None,
 ) -> bool:
     """Go down from `point`, with at most `most` steps; returns whether it has ended.
@@ -88,19 +97,20 @@ def descend(
     Args:
         objective: what is brought down.
         point: float64[k], to begin at.
-        slopes: float64[k, m], derivatives of the residual; overwritten where `wanted`.
+        slopes: float64[k, ...], derivatives of the residual; overwritten where `wanted`.
         wanted: coordinates whose derivatives are to be worked out; the others' are kept.
         lasting: those of `wanted` that the residual depends on nearly linearly: their derivatives
             are worked out again only after a step that did not keep its promise.
         differences: how.
         most: steps at the most.
         least: fall of the objective below which it has ended.
+        fresh: whether derivatives that last are worked out at first; else those in `slopes` go on.
         mended: takes derivatives and the point they are of, and puts right what is known of them.
     """
     residual = objective.tried(point)
     value = objective.value(residual, point)
     fleeting = [one for one in wanted if one not in lasting]
-    fresh, before = True, math.inf
+    before = math.inf
     for _ in range(most):
         todo = wanted if fresh else fleeting
         _differentiate(objective, point, residual, slopes, todo, differences)
