@@ -5,12 +5,14 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from rigid_machines import LINEAR, ROTARY, Motion, motion, recorded
 
 import ecyl_ros as ec
+from ecyl_ros.drive.law import law_from_flat, law_to_flat
 from ecyl_ros.gap.describe.choose import Trial, singles
 from ecyl_ros.gap.describe.description import Description
 from ecyl_ros.gap.describe.measured_motion import Decimated, MeasuredMotion
@@ -117,6 +119,26 @@ def test_an_output_that_turns_has_a_law_of_its_angle() -> None:
     law = law_of(diagnose(recorded(m, 0.02 * m.a + notch(m.q), ROTARY, 0.01, 1e-5), ROTARY))
     assert law.law.port == "rotor_torque" and law.law.of == ("rotor_angle",)
     assert law.law.unit == "N m" and inside(law, lambda q: -notch(q)) > 0.9
+
+
+def test_a_wave_finer_than_the_table_of_a_turn_comes_back_at_its_size() -> None:
+    """Forty times a turn with an overtone, at speeds at which the effort's filter takes from it:
+    within 5 %, and the file's table repeats itself as often."""
+    m = WIDE
+    wave = 0.2 * np.sin(40.0 * m.q + 0.4) + 0.06 * np.sin(80.0 * m.q)
+    without = ("cogging_torque", "torque_ripple", "periodic_disturbance")
+    given = recorded(m, 0.02 * m.a + wave, ROTARY, 0.02, 1e-4)
+    law = law_of(diagnose(given, ROTARY, without=without))
+    assert law.law.of == ("rotor_angle",) and law.words.endswith("40 times a turn")
+    assert law.law.periods == pytest.approx((math.tau / 40.0,))
+    (places,), values = law.law.at, np.array(law.law.values)
+    turned = 40.0 * np.array(places)
+    truth = -0.2 * np.sin(turned + 0.4) - 0.06 * np.sin(2.0 * turned)
+    assert np.abs(values - truth).max() < 0.05 * 0.2
+    assert law.formula is not None and "cos(40a)" in law.formula and "sin(80a)" in law.formula
+    assert law_from_flat(law_to_flat(law.law), "file") == replace(
+        law.law, effort_unit="", variable_units=()
+    )
 
 
 @pytest.mark.parametrize("seed", range(3))

@@ -57,6 +57,11 @@ MOST_PLACES, MOST_VALUES = 128, 512
 KEY = "effects.learned"
 
 
+def order_of(name: str, period: float) -> int:
+    """How often a law of a variable repeats itself in a turn; 1 where there is no turn."""
+    return round(PERIODS[name] / period) if name in PERIODS and period > 0.0 else 1
+
+
 @dataclass(frozen=True)
 class Law:
     """What acts at a port.

@@ -32,13 +32,16 @@ class Axis:
     period: float
 
     @classmethod
-    def over(cls, variable: str, visited: FloatArray, *, paired: bool) -> Axis:
-        """Even places over all that was visited: a law is often largest where few samples lie."""
+    def over(cls, variable: str, visited: FloatArray, *, paired: bool, order: int = 1) -> Axis:
+        """Even places over all that was visited: a law is often largest where few samples lie.
+
+        order: how often a law of an angle repeats itself in a turn.
+        """
         if variable == "direction":
             return cls(variable, np.array([-1.0, 1.0]), 0.0)
-        period = PERIODS.get(variable, 0.0)
+        period = PERIODS.get(variable, 0.0) / order
         if period > 0.0:
-            count = _PERIODIC_PAIRED if paired else ALONE[variable]
+            count = _PERIODIC_PAIRED if paired or order > 1 else ALONE[variable]
             return cls(variable, np.arange(count) * period / count, period)
         count = PAIRED if paired else ALONE.get(variable, _ALONE)
         low, high = float(visited.min()), float(visited.max())

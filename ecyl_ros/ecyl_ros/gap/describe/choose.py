@@ -14,9 +14,9 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
-from scipy.signal import savgol_filter
 
-from ...drive.law import PERIODS, Law
+from ...drive.law import PERIODS, Law, order_of
+from ...effects.lines import explained
 from ..fit.robust import LOSS_SCALE, robust_weights
 from ..replay.replay import BoolArray, FloatArray
 from ..sheet import EVIDENCE_PER_S
@@ -32,6 +32,9 @@ _EXPLAINS = 0.5  # share of what the sheet alone leaves of a balance that a law 
 _VISITED = 3  # samples about a place from which it counts as visited
 _NEAR = 2  # sets of each sort that are tried in closed loop
 _LOOKED_AT = 5  # pairs of variables that are looked at closely
+_COARSE = 12  # times a turn that the table of a whole turn holds, at four places each
+_FINEST = 96  # times a turn, as the catalogue's own waves
+_WAVES = 2  # finer ones that are tried
 
 _PLACE = ("position", "rotor_angle", "screw_angle")
 _ALIKE = (set(_PLACE), {"speed", "direction"}, {"current", "torque", "voltage"})
@@ -64,6 +67,19 @@ class Guess:
     time_constant_s: float
     found: Regression
     on_load: bool = False
+
+    @property
+    def order(self) -> int:
+        """How often it repeats itself in a turn; 1 where it has no angle."""
+        return max(
+            (order_of(name, axis.period) for name, axis in zip(self.of, self.axes, strict=True)),
+            default=1,
+        )
+
+    @property
+    def looked_at(self) -> int:
+        """Orders that it was chosen from."""
+        return _FINEST - _COARSE if self.order > 1 else 0
 
     def with_values(self, values: FloatArray) -> Guess:
         """The same with other values."""
@@ -125,11 +141,13 @@ class Choice:
 
 
 class Trial(NamedTuple):
-    """Variables to be tried: of the load or the rotor, with a time constant of heat, s."""
+    """Variables to be tried: of the load or the rotor, with a time constant of heat, s, or of what
+    repeats itself `order` times a turn."""
 
     of: tuple[str, ...]
     on_load: bool = False
     heat_s: float = 0.0
+    order: int = 1
 
 
 def singles(kind: str, motion: Visited) -> list[Trial]:
@@ -147,11 +165,31 @@ def singles(kind: str, motion: Visited) -> list[Trial]:
     return found
 
 
+def waves(kind: str, balance: Balance, alone: Regression, motion: Visited) -> list[Trial]:
+    """Laws of an angle too fine for the table of a whole turn: those that explain most.
+
+    alone: what the sheet alone predicts. An order that only sampling makes of another one predicts
+    nothing where a stretch begins at another angle.
+    """
+    data, found = balance.data, []
+    root = np.sqrt(data.weight)
+    left = root * (data.target - alone.pulls @ data.sheet)
+    base = np.linalg.qr((root * data.sheet).T)[0]
+    orders = np.arange(_COARSE + 1, _FINEST + 1)
+    for name in _FREE[kind]:
+        if name not in PERIODS or motion.periods(name, False) < LEAST_TURNS:
+            continue
+        angle, gain = balance.along(kind, motion.variable(name, False))
+        variance = explained(left, angle, root * gain, base, orders.astype(float))[:, 0]
+        found += [Trial((name,), order=int(orders[one])) for one in np.argsort(-variance)[:_WAVES]]
+    return found
+
+
 def pairs(kind: str, alone: Sequence[Guess], motion: Visited) -> list[Trial]:
     """Every two of the variables that were tried alone; heat as it did best."""
     best: dict[str, Guess] = {}
     for one in alone:
-        if one.kind == kind and len(one.of) == 1:
+        if one.kind == kind and len(one.of) == 1 and one.order == 1:
             name = one.of[0]
             if name not in best or one.found.error < best[name].found.error:
                 best[name] = one
@@ -171,6 +209,15 @@ def stretches(motion: Visited, rows: np.ndarray) -> np.ndarray:
     index = np.floor(motion.time_s[rows] / motion.stretch_s).astype(np.int64)
     numbered: np.ndarray = np.unique(index, return_inverse=True)[1]
     return numbered
+
+
+def _tried(guess: Guess) -> Trial:
+    return Trial(guess.of, guess.on_load, guess.time_constant_s, guess.order)
+
+
+def driving(kind: str, motion: Visited) -> FloatArray:
+    """By what a law's value is multiplied where it drives, float64[n]: friction is a level."""
+    return -np.sign(motion.speed) if kind == "friction" else np.ones(len(motion.speed))
 
 
 class Balance:
@@ -214,10 +261,10 @@ class Balance:
         motion = self.motion
         values = [motion.variable(one, trial.on_load, trial.heat_s) for one in trial.of]
         axes = tuple(
-            Axis.over(name, one[self.visited], paired=len(trial.of) > 1)
+            Axis.over(name, one[self.visited], paired=len(trial.of) > 1, order=trial.order)
             for name, one in zip(trial.of, values, strict=True)
         )
-        law = self._columns(kind, axes, values, filtered=not glimpse)
+        law = self._columns(kind, axes, trial, filtered=not glimpse)
         rough = roughness(axes)
         if glimpse:
             found = regress(self.data, law, rough, level, choices=SMOOTH[1::3], rounds=1)
@@ -227,10 +274,12 @@ class Balance:
 
     def design(self, guess: Guess) -> FloatArray:
         """What a law's values add to the rows, float64[k, m]."""
-        values = [
-            self.motion.variable(one, guess.on_load, guess.time_constant_s) for one in guess.of
-        ]
-        return self._columns(guess.kind, guess.axes, values, filtered=False)
+        return self._columns(guess.kind, guess.axes, _tried(guess), filtered=True)
+
+    def passed(self, guess: Guess) -> FloatArray:
+        """What each of a law's values drives with along the motion, through the filter that what is
+        missing went through: float64[k, n]."""
+        return self._passed(guess.kind, guess.axes, _tried(guess))
 
     def table(self, guess: Guess) -> FloatArray:
         """What each of a law's values counts for along the whole motion: float64[k, n]."""
@@ -251,16 +300,30 @@ class Balance:
         found: BoolArray = self.visits(guess) >= _VISITED
         return found
 
+    def along(self, kind: str, values: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """A variable, float64[n], on all rows, and what a law of 1 adds to each: float64[m]."""
+        sign = driving(kind, self.motion)
+        gains = [
+            gain * sign[rows] / one.noise
+            for (one, gain), rows in zip(self.parts, self.rows, strict=True)
+        ]
+        return values[np.concatenate(self.rows)], np.concatenate(gains)
+
+    def _passed(self, kind: str, axes: tuple[Axis, ...], trial: Trial) -> FloatArray:
+        fine = self.motion.fine
+        values = [fine.variable(one, trial.on_load, trial.heat_s) for one in trial.of]
+        return self.motion.passed(columns(axes, values, len(fine.speed)) * driving(kind, fine))
+
     def _columns(
-        self, kind: str, axes: tuple[Axis, ...], values: Sequence[FloatArray], *, filtered: bool
+        self, kind: str, axes: tuple[Axis, ...], trial: Trial, *, filtered: bool
     ) -> FloatArray:
         motion, where = self.motion, self.where
-        sign = -np.sign(motion.speed) if kind == "friction" else np.ones(len(motion.time_s))
         if filtered:
-            table = columns(axes, list(values), len(sign)) * sign
-            table = savgol_filter(table, motion.smooth.points, 2, axis=1)[:, where]
+            table = self._passed(kind, axes, trial)[:, where]
         else:
-            table = columns(axes, [one[where] for one in values], len(where)) * sign[where]
+            values = [motion.variable(one, trial.on_load, trial.heat_s) for one in trial.of]
+            table = columns(axes, [one[where] for one in values], len(where))
+            table = table * driving(kind, motion)[where]
         parts = [
             gain * table[:, np.searchsorted(where, rows)] / one.noise
             for (one, gain), rows in zip(self.parts, self.rows, strict=True)
@@ -324,7 +387,7 @@ def choose(kinds: Sequence[str], balances: Mapping[str, Balance], motion: Visite
     guesses = [
         balance.guess(kind, trial, balance.level)
         for kind in kinds
-        for trial in singles(kind, motion)
+        for trial in (*singles(kind, motion), *waves(kind, balance, alone, motion))
     ]
     level = min(one.found.error for one in guesses)
     glimpsed = [

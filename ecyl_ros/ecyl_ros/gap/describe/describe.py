@@ -28,14 +28,14 @@ from ..replay.replay import FloatArray
 from ..split import stretch_of
 from . import words
 from .chance import LEVEL, probability
-from .choose import Balance, Choice, Guess, balances_of, choose
+from .choose import Balance, Choice, Guess, balances_of, choose, driving
 from .description import Course, Description, Resembled
 from .formula import formula
 from .missing import ROD, TORQUE, VOLTAGE, missing
 from .motion import Motion
 from .nearest import played_curve
 from .play import ROUGHLY, Played, at_noise, evaluate, play
-from .points import against, at_port
+from .points import at_port
 
 _PLAYED = 4  # laws of each number of variables that are fitted in closed loop
 _ALIKE = 1.02  # costs closer than this factor cannot be told apart
@@ -118,7 +118,7 @@ def describe(
     if any(_as_near(one, played, fitter) for one in _named(competition)):
         return None
     sets = {(one.guess.kind, one.guess.of) for one in candidates}
-    chance = _by_chance(fitter, null, played, len(sets))
+    chance = _by_chance(fitter, null, played, len(sets) + chosen.guess.looked_at)
     if chance > LEVEL:
         return None
     return Described(_described(fitter, competition, played, chosen, motion, chance, alike), played)
@@ -286,6 +286,6 @@ def _course(
     table = chosen.balance.table(chosen.guess)
     predicted = np.array(played.law.values) @ table
     half = 1.96 * part.noise / abs(gain)
-    driving = predicted * against(chosen.guess, motion)
-    course = Course(motion.time_s, values, half, part.known, driving, unit)
+    driven = predicted * driving(chosen.guess.kind, motion)
+    course = Course(motion.time_s, values, half, part.known, driven, unit)
     return course, points

@@ -14,7 +14,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from ...drive.law import PERIODS, Law
+from ...drive.law import PERIODS, Law, order_of
 from ..replay.replay import FloatArray
 
 _MOST_TERMS = 4
@@ -49,8 +49,8 @@ def formula(law: Law, half: FloatArray) -> str | None:
         return f"{values[0]:.4g} {law.unit}"
     grids = np.meshgrid(*(np.array(one) for one in law.at), indexing="ij")
     forms = [
-        _forms(name, unit, grid.ravel())
-        for name, unit, grid in zip(law.of, law.units, grids, strict=True)
+        _forms(name, unit, grid.ravel(), order_of(name, period))
+        for name, unit, grid, period in zip(law.of, law.units, grids, law.periods, strict=True)
     ]
     if len(forms) == 1:
         pool = forms[0]
@@ -91,13 +91,14 @@ def _fitted(
     return found, values - design @ found
 
 
-def _forms(name: str, unit: str, x: FloatArray) -> list[Term]:
+def _forms(name: str, unit: str, x: FloatArray, base: int) -> list[Term]:
+    """base: how often the law repeats itself in a turn."""
     symbol = _SYMBOLS[name]
     if name == "direction":
         return [[("sgn(w)", "", x)]]
     if name in PERIODS:
         return [
-            _wave(f"{order if order > 1 else ''}{symbol}", order * x)
+            _wave(f"{order * base if order * base > 1 else ''}{symbol}", order * base * x)
             for order in range(1, min(_HARMONICS, int(len(np.unique(x)) / _PLACES)) + 1)
         ]
     powers: list[tuple[str, int, Callable[[FloatArray], FloatArray]]] = [

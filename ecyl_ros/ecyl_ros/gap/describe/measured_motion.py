@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -32,11 +33,21 @@ class Decimated:
 
 
 @dataclass(frozen=True, eq=False)
+class Filtered:
+    """The motion at all samples, float64[m], and what makes compared ones of efforts along it."""
+
+    position: FloatArray
+    speed: FloatArray
+    through: Callable[[FloatArray], FloatArray]
+
+
+@dataclass(frozen=True, eq=False)
 class MeasuredMotion:
     """The compared samples of a measured motion; see `visited.Visited`.
 
     Attributes:
         known: bool[n], where what is missing can be known: past reversals, in motion.
+        filtered: where it comes from, if it was filtered.
         place: what the position is called: within a turn where the output goes round.
     """
 
@@ -47,6 +58,7 @@ class MeasuredMotion:
     place: str
     stretch_s: float
     smooth: Decimated
+    filtered: Filtered | None = None
 
     @classmethod
     def of(cls, balance: Balance, catalogue: Catalogue) -> MeasuredMotion:
@@ -62,7 +74,21 @@ class MeasuredMotion:
             place_of(motion, catalogue.machine.linear),
             balance.stretch_s,
             Decimated(motion.step / motion.rate_hz),
+            Filtered(motion.position, motion.velocity, motion.filtered),
         )
+
+    @property
+    def fine(self) -> MeasuredMotion:
+        """See `Visited`; of nothing but the variables."""
+        if self.filtered is None:
+            return self
+        position, speed = self.filtered.position, self.filtered.speed
+        known = np.ones(position.size, dtype=bool)
+        return replace(self, position=position, speed=speed, known=known, filtered=None)
+
+    def passed(self, table: FloatArray) -> FloatArray:
+        """See `Visited`."""
+        return table if self.filtered is None else self.filtered.through(table)
 
     def periods(self, name: str, on_load: bool) -> float:
         """See `Visited`."""

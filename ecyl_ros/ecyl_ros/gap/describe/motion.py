@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from scipy.signal import savgol_filter
 
 from ...drive.engine import LOAD
 from ...drive.law import PERIODS
@@ -95,6 +96,16 @@ class Motion:
             contact,
             side,
         )
+
+    @property
+    def fine(self) -> Motion:
+        """See `Visited`."""
+        return self
+
+    def passed(self, table: FloatArray) -> FloatArray:
+        """See `Visited`."""
+        found: FloatArray = savgol_filter(table, self.smooth.points, 2, axis=1)
+        return found
 
     @property
     def stretch_s(self) -> float:

@@ -5,15 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from ..diagnosis import FloatArray
-from .choose import Guess
+from .choose import Guess, driving
 from .missing import Missing
 from .motion import Motion
-
-
-def against(guess: Guess, motion: Motion) -> FloatArray:
-    """By what a law's value is multiplied where it drives, float64[n]: friction is a level."""
-    speed = motion.speed
-    return -np.sign(speed) if guess.kind == "friction" else np.ones_like(speed)
 
 
 def at_port(
@@ -33,6 +27,6 @@ def at_port(
     values = (part.values - pulls[list(part.pulled)] @ part.columns) / gain
     if port == "rotor_angle_error":  # shows in rod against rotor the other way round
         values = -values
-    level = values * against(guess, motion)
+    level = values * driving(guess.kind, motion)
     every = [motion.variable(one, guess.on_load, guess.time_constant_s) for one in guess.of]
     return values, np.array([*every, level])[:, part.rows]

@@ -39,9 +39,7 @@ def held(
     best = choice.best
     if not choice.explains or not _larger_than_its_band(looked, choice):
         return None
-    law = best.found.values @ looked.table(best)
-    if best.kind == "friction":
-        law = -np.sign(looked.motion.speed) * law
+    law = best.found.values @ looked.passed(best)
     sheet = best.found.pulls @ missing.columns
     alone = missing.values - choice.alone.pulls @ missing.columns
     beside = missing.values - law - sheet
@@ -68,7 +66,7 @@ def _by_chance(choice: Choice) -> float:
     used = choice.alone.count > 0
     before, after = choice.alone.errors[used], choice.best.found.errors[used]
     sets = {(one.kind, one.of) for one in (choice.best, *choice.rivals)}
-    return probability(before, after, len(sets))
+    return probability(before, after, len(sets) + choice.best.looked_at)
 
 
 def described(

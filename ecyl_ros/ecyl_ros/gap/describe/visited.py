@@ -41,6 +41,14 @@ class Visited(Protocol):
     @property
     def smooth(self) -> Filter: ...
 
+    @property
+    def fine(self) -> Visited:
+        """The motion at the instants that were filtered: itself, or before it was decimated."""
+
+    def passed(self, table: FloatArray) -> FloatArray:
+        """float64[k, m] along `fine` through the filter that the balances went through:
+        float64[k, n]."""
+
     def variable(self, name: str, on_load: bool, time_constant_s: float = 0.0) -> FloatArray:
         """One of `drive.law.VARIABLES` along it, float64[n]."""
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...drive.law import Law
+from ...drive.law import Law, order_of
 
 PLACES = {
     "rotor_torque": "a torque on the rotor",
@@ -66,6 +66,7 @@ def _manner(law: Law) -> str:
         values = np.array(law.values)
         if law.periods[0] > 0.0:
             order = int(np.argmax(np.abs(np.fft.rfft(values - values.mean()))[1:])) + 1
+            order *= order_of(name, law.periods[0])
             times = {1: "once", 2: "twice"}.get(order, f"{order} times")
             said = f", {times} a turn"
         elif name == "position":

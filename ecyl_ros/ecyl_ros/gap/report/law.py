@@ -50,10 +50,14 @@ def facts(law: Description) -> list[tuple[str, str]]:
     played = law.law
     found = [("acts at", f"{played.port}, in {played.unit}")]
     found.append(("depends on", " and ".join(SPOKEN[one] for one in played.of) or "nothing"))
-    for name, unit, places in zip(played.of, played.units, played.at, strict=True):
+    for name, unit, places, period in zip(
+        played.of, played.units, played.at, played.periods, strict=True
+    ):
         shown = "" if unit == "1" else f" {unit}"
         span = f"{q.number(places[0])} to {q.number(places[-1])}{shown}"
-        if name != "direction":
+        if period > 0.0:
+            found.append(("repeats", f"with {SPOKEN[name]}, every {q.number(period)}{shown}"))
+        elif name != "direction":
             found.append(("known for", f"{SPOKEN[name]} from {span}; beyond, the last value holds"))
     if played.time_constant_s > 0.0:
         found.append(("heat", f"time constant {q.number(played.time_constant_s)} s"))
