@@ -4,6 +4,10 @@ from __future__ import annotations
 
 import re
 
+from docutils import nodes
+from sphinx.addnodes import pending_xref
+from sphinx.transforms.post_transforms import SphinxPostTransform
+
 project = "ecyl_ros"
 author = "The ecyl_ros founders"
 extensions = [
@@ -79,8 +83,24 @@ def _fields_apart(app, what, name, subject, options, lines):  # type: ignore[no-
     lines[:] = out
 
 
+class Foreign(SphinxPostTransform):
+    """Types of Python and of other packages are no references: Sphinx would look through all that
+    there is for each of them, a fifth of its time, and find nothing."""
+
+    default_priority = 5  # before references are resolved
+
+    def run(self, **kwargs: object) -> None:
+        """See Sphinx."""
+        objects = self.env.domains.python_domain.objects
+        own = {name.rsplit(".", 1)[-1] for name in objects}
+        for node in list(self.document.findall(pending_xref)):
+            if node["refdomain"] == "py" and node["reftarget"].rsplit(".", 1)[-1] not in own:
+                node.replace_self(nodes.inline("", "", *node.children))
+
+
 def setup(app):  # type: ignore[no-untyped-def]
     """Sphinx calls this."""
+    app.add_post_transform(Foreign)
     # After napoleon, which makes the fields and would take the backslashes for its own.
     app.connect("autodoc-process-docstring", _fields_apart, priority=900)
     app.connect("autodoc-process-docstring", _markdown_bars, priority=900)

@@ -34,7 +34,7 @@ class Objective:
     Attributes:
         residual: float64[...] of the replay at a point float64[k]. tried: the same of a step that
             may be taken, for the caller to keep what it is like.
-        seen: float64[m] that counts of a residual, linear in it.
+        seen: float64[m] that counts of a residual, linear in it; all of it where there is none.
         loss_scale: of Cauchy's loss. evidence: pieces of evidence in the residual.
         precision: float64[k], of the price: point^2 times it.
         low, high: float64[k], bounds.
@@ -47,28 +47,29 @@ class Objective:
     precision: FloatArray
     low: FloatArray
     high: FloatArray
-    seen: Callable[[FloatArray], FloatArray] = np.ravel
+    seen: Callable[[FloatArray], FloatArray] | None = None
 
     def value(self, residual: FloatArray, point: FloatArray) -> float:
         """At a point with its residual."""
-        level = robust_mean_square(self.seen(residual), self.loss_scale)
+        level = robust_mean_square(self._seen(residual), self.loss_scale)
         return self.evidence * math.log(level) + float(self.precision @ point**2)
 
     def curvature(
         self, residual: FloatArray, point: FloatArray, slopes: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
         """(float64[k, k] without the price, float64[k] with it): of half the objective."""
-        left = self.seen(residual)
+        left = self._seen(residual)
         weights = robust_weights(left, self.loss_scale)
         level = robust_mean_square(left, self.loss_scale)
         scale = self.evidence / (level * left.size)
         hessian, slope = weighted_products(self._slopes_seen(slopes), weights, left)
         return scale * hessian, scale * slope + self.precision * point
 
+    def _seen(self, residual: FloatArray) -> FloatArray:
+        return residual if self.seen is None else self.seen(residual)
+
     def _slopes_seen(self, slopes: FloatArray) -> FloatArray:
-        if self.seen is np.ravel:
-            return slopes
-        return np.stack([self.seen(one) for one in slopes])
+        return slopes if self.seen is None else np.stack([self.seen(one) for one in slopes])
 
 
 @dataclass(frozen=True)
