@@ -305,9 +305,11 @@ class Balance:
         made: FloatArray = told * weights.sum()
         return made
 
-    def bent(self, solution: Solution, rows: BoolArray, left: float) -> FloatArray:
-        """How far coefficients may be off by an effort of RMS `left` along each, float64[k]."""
-        return left * _roots(self._swayed(solution, rows))
+    def power(self, solution: Solution, rows: BoolArray) -> FloatArray:
+        """Mean products of the columns of its terms, float64[k, k], as robust as the fit."""
+        columns, weights = self.columns(solution.terms)[rows], solution.weights[rows]
+        made: FloatArray = (columns * weights[:, None]).T @ columns / weights.sum()
+        return made
 
     def half_width(
         self, solution: Solution, rows: BoolArray, combined: FloatArray, left: float = 0.0

@@ -99,7 +99,10 @@ class Certainty:
                 weights.setdefault(other.effect, weight)
             else:
                 expected = known - log_odds(self._along, other.effect)
-                behind = min(behind, self._behind(rival, more) + expected)
+                far = self._behind(rival, more)
+                if far + expected < behind:
+                    far = max(far, self._behind_both(rival, other, held - {term.effect}))
+                behind = min(behind, far + expected)
         sure = 1.0 - math.exp(-max(behind, 0.0))
         # Where the effort stood still while the output moved, something else drives it, too.
         acts = min(0.5 + 0.5 * sure, _CERTAIN) * (1.0 - self.balance.motion.standing)
@@ -164,6 +167,20 @@ class Certainty:
         winner = self.contest.winner
         more = self._left(other) / max(self._left(winner), 1e-300) - 1.0
         return more / _ERRS + 0.5 * dearer
+
+    def _behind_both(self, rival: Solution, other: Term, finer_forms: Collection[str]) -> float:
+        """How far a set that has another effect in one's place comes behind the set of both.
+
+        Where both act, one in the other's place may come as close as the one alone; that it does so
+        without the first says nothing against that. What is rare, a further effect, is so here too.
+        """
+        kept = [one for one in self.contest.order if one.effect not in other.refines]
+        if len(kept) < len(self.contest.order):
+            return -math.inf  # a finer form: that is the set with both
+        both = self.null.fit([*kept, other])
+        more = self._left(rival) / max(self._left(both), 1e-300) - 1.0
+        dearer = self._price(rival, finer_forms) - self._price(both, finer_forms)
+        return more / _ERRS + 0.5 * dearer + math.log(RARER)
 
     def _price(self, fit: Solution, finer_forms: Collection[str] = ()) -> float:
         """Of its pulls on the sheet, see `pulls`."""

@@ -29,6 +29,7 @@ _QUIET = 0.2  # share of the recording that is quieter than what counts as its n
 _WHITE = (0.1, 0.9)  # share of the band that its noise is judged by
 _ALL_NEAR = 0.1  # of their mean, by which distances differ
 _FEWEST = 100  # pairs that say something
+_FREQUENCIES = 1024  # by which the filter's response is added up
 
 
 class Pairs(NamedTuple):
@@ -120,7 +121,8 @@ def white_part(balance: Balance, fit: Solution) -> float:
     """Standard deviation of what has no structure of what a fit leaves.
 
     White noise is as dense at every frequency of the band and at all times: the least density there
-    bounds it, of the quieter parts of the recording.
+    bounds it, of the quieter parts of the recording. So does what changes from one sample to the
+    next, for no structure takes from that; of short stretches it says more than a spectrum.
     """
     motion = balance.motion
     band = motion.bandwidth_hz
@@ -133,7 +135,23 @@ def white_part(balance: Balance, fit: Solution) -> float:
         share=_QUIET,
         segment=_BRIEF,
     )
-    return math.sqrt(density * band)
+    return min(math.sqrt(density * band), _by_differences(balance, fit))
+
+
+def _by_differences(balance: Balance, fit: Solution) -> float:
+    """Standard deviation of white noise, through the filter of the comparison, that differs from
+    one compared sample to the next as much as what a fit leaves."""
+    motion = balance.motion
+    of = motion.recording
+    both = balance.usable[1:] & balance.usable[:-1] & (of[1:] == of[:-1])
+    if not both.any():
+        return math.inf
+    power = 0.5 * float(np.mean(np.diff(fit.residual)[both] ** 2))
+    hertz = np.linspace(0.0, 0.5 * motion.rate_hz, _FREQUENCIES)
+    passed = motion.gain(hertz) ** 2
+    turned = np.cos(math.tau * hertz * motion.step / motion.rate_hz)
+    alike = float(np.sum(passed * turned) / np.sum(passed))
+    return math.sqrt(power / (1.0 - alike))
 
 
 def _extrapolated(found: Pairs, values: FloatArray) -> float | None:

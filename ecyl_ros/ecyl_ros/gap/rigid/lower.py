@@ -41,15 +41,15 @@ def where_inertia_holds(
 
 
 def rigid_band(judgement: Judgement) -> Motion | None:
-    """The motion in that band, where the effort has a stated inertia far off its sheet and a lower
-    band than that of the motion; else None.
+    """The motion in that band, where the inertia is stated and the band is lower than that of the
+    motion; else None.
 
-    Beyond its resonance a machine is not the one of the sheet: the rotor shakes alone.
+    Beyond its resonance a machine is not the one of the sheet: the rotor shakes alone. Nor does a
+    band that was chosen by a stated inertia suit one of twice that.
     """
     balance, along, winner = judgement.balance, judgement.catalogue.along, judgement.contest.winner
     own = inertia_error.term(along)
-    off = {*judgement.null.strained(winner), *winner.effects}
-    if own.effect not in off or not along.known_inertia:
+    if not along.known_inertia:
         return None
     terms = list(winner.free)
     # Beside what any machine may ask for along its motion: a weight would bend a low band's.

@@ -8,15 +8,19 @@ temperature effects in robot joints", 2010).
 
 from __future__ import annotations
 
+import math
 from collections import defaultdict
 from collections.abc import Collection, Iterator
 
 import numpy as np
+from scipy.optimize import brentq
 
+from ..diagnosis import FloatArray
 from .null import Null
 from .solution import Solution
 
 _FRICTION = "_friction"  # how the names of both end
+_ALONG = 1e-9  # of their power: columns that hold less of their own are along others
 
 
 def price(
@@ -39,10 +43,48 @@ def _own(null: Null, solution: Solution, structure: float) -> Iterator[tuple[str
     """Prices of the constants that were fitted, by the effect of each."""
     if not np.any(solution.prior):
         return
-    bent = null.balance.bent(solution, null.balance.usable, structure)
-    off = np.maximum(np.abs(solution.coefficients) - bent, 0.0)
     names = [one.effect for one in solution.terms for _ in range(one.columns.shape[0])]
-    yield from zip(names, ((solution.prior * off) ** 2).tolist(), strict=True)
+    power = null.balance.power(solution, null.balance.usable)
+    least = cheapest(solution.prior * solution.coefficients, solution.prior, power, structure)
+    yield from zip(names, (least**2).tolist(), strict=True)
+
+
+def cheapest(
+    pulls: FloatArray, prior: FloatArray, power: FloatArray, structure: float
+) -> FloatArray:
+    """The cheapest pulls whose effort is off by no more than an RMS of `structure`, float64[k].
+
+    What nothing is known of adapts. One structure bends all constants at once: it cannot be spent
+    on each of them.
+
+    power: float64[k, k], mean products of the columns.
+    """
+    found = np.zeros(pulls.size)
+    priced = prior > 0.0
+    counted = power[np.ix_(priced, priced)]
+    if not priced.all():
+        free, across = power[np.ix_(~priced, ~priced)], power[np.ix_(~priced, priced)]
+        counted = counted - across.T @ np.linalg.pinv(free, rcond=_ALONG, hermitian=True) @ across
+    per_pull = counted / np.outer(prior[priced], prior[priced])
+    powers, ways = np.linalg.eigh(per_pull)
+    powers = np.maximum(powers, 0.0)
+    along = ways.T @ pulls[priced]
+
+    def off(times: float) -> float:
+        """By how much more than allowed, of what is as cheap as `times` the effort is near."""
+        return float(np.sum(powers * (along / (1.0 + times * powers)) ** 2)) - structure**2
+
+    if off(0.0) <= 0.0:
+        return found
+    high = 1.0
+    while off(high) > 0.0:
+        high *= 4.0
+        if not math.isfinite(high):
+            found[priced] = pulls[priced]
+            return found
+    times = brentq(off, 0.0, high)
+    found[priced] = ways @ (along * times * powers / (1.0 + times * powers))
+    return found
 
 
 def _finer(
