@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
+import numpy as np
 from scipy.special import ndtri
 
 from ...drive.rigid.machine import Machine
@@ -41,8 +42,8 @@ def where_inertia_holds(
 
 
 def rigid_band(judgement: Judgement) -> Motion | None:
-    """The motion in that band, where the inertia is stated and the band is lower than that of the
-    motion; else None.
+    """The motion in that band, where the inertia, let go, is off its sheet and the band is lower
+    than that of the motion; else None.
 
     Beyond its resonance a machine is not the one of the sheet: the rotor shakes alone. Nor does a
     band that was chosen by a stated inertia suit one of twice that.
@@ -51,13 +52,25 @@ def rigid_band(judgement: Judgement) -> Motion | None:
     own = inertia_error.term(along)
     if not along.known_inertia:
         return None
+    off = {*judgement.null.strained(winner), *winner.effects}
     terms = list(winner.free)
     # Beside what any machine may ask for along its motion: a weight would bend a low band's.
     keys, refined = {one.key for one in terms}, {name for one in terms for name in one.refines}
     smooth = [own, *judgement.catalogue.smooth()]
     terms += [one for one in smooth if one.key not in keys and one.effect not in refined]
+    if own.effect not in off and _on_sheet(judgement, own, terms):
+        return None
     within, _ = where_inertia_holds(balance, along.machine, terms)
     return None if within is balance else within.motion
+
+
+def _on_sheet(judgement: Judgement, own: Term, terms: Sequence[Term]) -> bool:
+    """Whether an inertia that is let go may lie within its tolerance."""
+    balance = judgement.balance
+    found = _inertia(balance, balance.fit(terms, balance.usable))
+    widths = [one.width for one in judgement.null.uncertain if one.term.effect == own.effect]
+    ends = [own.parameters(np.array([sign * sum(widths)]))[0][2] for sign in (-1.0, 1.0)]
+    return found.low <= max(ends) and min(ends) <= found.high
 
 
 def _agreed(wide: Interval, below: Sequence[Interval]) -> bool:
@@ -72,7 +85,7 @@ def _together(count: int) -> float:
 
 
 def _inertia(balance: Balance, fit: Solution) -> Interval:
-    """What its term adds to it."""
+    """With what its term adds to it."""
     return balance.intervals(fit, balance.usable)["inertia"][0]
 
 
