@@ -1,4 +1,4 @@
-"""Rigid drives: what pulls on the sheet cost, and what speaks for an effect beside another one."""
+"""Rigid drives: what a sheet holds, what pulls on it cost, what speaks for an effect."""
 
 from __future__ import annotations
 
@@ -10,12 +10,14 @@ from rigid_machines import ROTARY, motion, recorded
 from scipy.optimize import minimize
 from scipy.signal import lfilter
 
-from ecyl_ros.effects import gravity_on_arm
+from ecyl_ros.effects import gravity_on_arm, load_inertia_error
 from ecyl_ros.effects.catalogue import RIGID
 from ecyl_ros.gap.rigid.balance import Balance
 from ecyl_ros.gap.rigid.certainty import Certainty
 from ecyl_ros.gap.rigid.contest import won_by
+from ecyl_ros.gap.rigid.diagnose import judged
 from ecyl_ros.gap.rigid.floor import white_part
+from ecyl_ros.gap.rigid.lower import _on_sheet
 from ecyl_ros.gap.rigid.motion import motion_of
 from ecyl_ros.gap.rigid.null import Null
 from ecyl_ros.gap.rigid.pulls import cheapest
@@ -103,3 +105,18 @@ def test_an_effect_acts_if_it_is_missed_beside_its_rival(both: bool) -> None:
         assert certainty._behind(rival, 0.0) < 10.0 < beside
     else:
         assert beside < 0.0
+
+
+@pytest.mark.parametrize(
+    ("share", "on_sheet"), [(1.0, True), (1.15, True), (0.5, False), (2.0, False)]
+)
+def test_an_inertia_that_is_let_go_tells_whether_the_sheet_holds_it(share, on_sheet) -> None:
+    """Within a tolerance of 20 % it does; half and twice are off it, whatever a set has named."""
+    machine = dataclasses.replace(
+        ROTARY, inertia=0.02 * share, coulomb=0.2, tolerances={"load.inertia": 0.2}
+    )
+    effort = 0.02 * M.a + 0.2 * np.sign(M.v)
+    moved = motion_of(recorded(M, effort, machine, 0.02, 1e-5), machine, "r")
+    found = judged(moved, machine, (), "r", lambda share: None)
+    own = load_inertia_error.term(found.catalogue.along)
+    assert _on_sheet(found, own, [own, *found.catalogue.smooth()]) == on_sheet
