@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import re
+from functools import lru_cache
 
 from docutils import nodes
 from sphinx.addnodes import pending_xref
+from sphinx.environment import BuildEnvironment
 from sphinx.transforms.post_transforms import SphinxPostTransform
 
 project = "ecyl_ros"
@@ -91,11 +93,16 @@ class Foreign(SphinxPostTransform):
 
     def run(self, **kwargs: object) -> None:
         """See Sphinx."""
-        objects = self.env.domains.python_domain.objects
-        own = {name.rsplit(".", 1)[-1] for name in objects}
+        own = self._own(self.env)
         for node in list(self.document.findall(pending_xref)):
             if node["refdomain"] == "py" and node["reftarget"].rsplit(".", 1)[-1] not in own:
                 node.replace_self(nodes.inline("", "", *node.children))
+
+    @staticmethod
+    @lru_cache(maxsize=1)
+    def _own(env: BuildEnvironment) -> frozenset[str]:
+        """Last names of all that is described; every document asks for the same."""
+        return frozenset(name.rsplit(".", 1)[-1] for name in env.domains.python_domain.objects)
 
 
 def setup(app):  # type: ignore[no-untyped-def]

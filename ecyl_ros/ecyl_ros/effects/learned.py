@@ -126,13 +126,12 @@ def _cubic(segment, first, t):
 
 
 @kernel
-def places(segments, count, period, x):
+def places(axis, count, period, x):
     """Where `x` lies on a table's axis: (four rows, four weights), as a flat tuple of eight.
 
-    segments: float64[count ..., SEGMENT], as `segments` makes them. period: of the axis, 0 for
-    none.
+    axis: float64[count ..., SEGMENT], as `segments` makes them. period: of the axis, 0 for none.
     """
-    first, last = segments[0, 0], segments[count - 1, 0]
+    first, last = axis[0, 0], axis[count - 1, 0]
     if period > 0.0:
         x -= period * math.floor((x - first) / period)
     elif x <= first:
@@ -140,21 +139,21 @@ def places(segments, count, period, x):
     elif x >= last:
         return 0, count - 1, 0, 0, 0.0, 1.0, 0.0, 0.0
     # Even places are found at once; others are searched for.
-    here = min(max(int((x - first) * segments[0, 1]), 0), count - 1)
+    here = min(max(int((x - first) * axis[0, 1]), 0), count - 1)
     low, high = 0, count
-    if segments[here, 0] <= x:
+    if axis[here, 0] <= x:
         low = here
-        if here + 1 == count or x < segments[here + 1, 0]:
+        if here + 1 == count or x < axis[here + 1, 0]:
             high = here + 1
     else:
         high = here
     while high - low > 1:
         middle = (low + high) // 2
-        if segments[middle, 0] <= x:
+        if axis[middle, 0] <= x:
             low = middle
         else:
             high = middle
-    segment = segments[low]
+    segment = axis[low]
     before, after, beyond = low - 1, low + 1, low + 2
     if period > 0.0:
         before += count if before < 0 else 0

@@ -377,18 +377,12 @@ def choose(kinds: Sequence[str], balances: Mapping[str, Balance], motion: Visite
     if not kinds:
         return None
     balance = balances[kinds[0]]
-    guesses = [
-        balance.guess(kind, trial, balance.level)
-        for kind in kinds
-        for trial in singles(kind, motion)
-    ]
+    trials = [(kind, trial) for kind in kinds for trial in singles(kind, motion)]
+    guesses = [balance.guess(*trial, balance.level) for trial in trials]
     balance.weighed_by(min(guesses, key=lambda one: one.found.error))
     alone = balance.alone()
-    guesses = [
-        balance.guess(kind, trial, balance.level)
-        for kind in kinds
-        for trial in (*singles(kind, motion), *waves(kind, balance, alone, motion))
-    ]
+    trials += [(kind, trial) for kind in kinds for trial in waves(kind, balance, alone, motion)]
+    guesses = [balance.guess(*trial, balance.level) for trial in trials]
     level = min(one.found.error for one in guesses)
     glimpsed = [
         (kind, trial, balance.guess(kind, trial, level, glimpse=True).found.error)

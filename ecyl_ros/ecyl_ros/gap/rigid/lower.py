@@ -27,10 +27,14 @@ _PERIODS = 2.0  # of a band in a stretch, so that what is left of one is not tha
 
 
 def where_inertia_holds(
-    balance: Balance, machine: Machine, terms: Sequence[Term]
+    balance: Balance, machine: Machine, terms: Sequence[Term], fit: Solution | None = None
 ) -> tuple[Balance, Solution]:
-    """The balance in that band and the fit of `terms` to all of it; as it is if none tells it."""
-    fit = balance.fit(terms, balance.usable)
+    """The balance in that band and the fit of `terms` to all of it; as it is if none tells it.
+
+    fit: of `terms` to all of `balance`, where it was made already.
+    """
+    if fit is None:
+        fit = balance.fit(terms, balance.usable)
     if all(one.key != "inertia" for one in terms):
         return balance, fit
     bands = [balance, *_lower(balance, fit.inertia(balance.model), machine)]
@@ -58,16 +62,16 @@ def rigid_band(judgement: Judgement) -> Motion | None:
     keys, refined = {one.key for one in terms}, {name for one in terms for name in one.refines}
     smooth = [own, *judgement.catalogue.smooth()]
     terms += [one for one in smooth if one.key not in keys and one.effect not in refined]
-    if own.effect not in off and _on_sheet(judgement, own, terms):
+    fit = balance.fit(terms, balance.usable)
+    if own.effect not in off and _on_sheet(judgement, own, fit):
         return None
-    within, _ = where_inertia_holds(balance, along.machine, terms)
+    within, _ = where_inertia_holds(balance, along.machine, terms, fit)
     return None if within is balance else within.motion
 
 
-def _on_sheet(judgement: Judgement, own: Term, terms: Sequence[Term]) -> bool:
-    """Whether an inertia that is let go may lie within its tolerance."""
-    balance = judgement.balance
-    found = _inertia(balance, balance.fit(terms, balance.usable))
+def _on_sheet(judgement: Judgement, own: Term, fit: Solution) -> bool:
+    """Whether an inertia that was let go in a fit may lie within its tolerance."""
+    found = _inertia(judgement.balance, fit)
     widths = [one.width for one in judgement.null.uncertain if one.term.effect == own.effect]
     ends = [own.parameters(np.array([sign * sum(widths)]))[0][2] for sign in (-1.0, 1.0)]
     return found.low <= max(ends) and min(ends) <= found.high
