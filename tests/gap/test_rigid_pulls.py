@@ -119,4 +119,5 @@ def test_an_inertia_that_is_let_go_tells_whether_the_sheet_holds_it(share, on_sh
     moved = motion_of(recorded(M, effort, machine, 0.02, 1e-5), machine, "r")
     found = judged(moved, machine, (), "r", lambda share: None)
     own = load_inertia_error.term(found.catalogue.along)
-    assert _on_sheet(found, own, [own, *found.catalogue.smooth()]) == on_sheet
+    fit = found.balance.fit([own, *found.catalogue.smooth()], found.balance.usable)
+    assert _on_sheet(found, own, fit) == on_sheet
