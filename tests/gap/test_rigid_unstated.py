@@ -109,7 +109,7 @@ def test_a_column_that_is_held_does_not_drown_the_others() -> None:
     target = columns[:, :2] @ (0.7, -0.2) + 1e-3 * rng.normal(size=500)
     free = (np.full(3, -np.inf), np.full(3, np.inf))
     price = np.array([0.0, 0.0, 1e5])
-    found = solve(columns, target, np.ones(500), free, price, np.zeros(3), (0.0, 0.0))
+    found = solve(columns.T, target, np.ones(500), free, price, np.zeros(3), (0.0, 0.0))
     plain = np.linalg.lstsq(columns[:, :2], target, rcond=None)[0]
     np.testing.assert_allclose(found[:2], plain, rtol=1e-6)
     assert abs(found[2]) < 1e-6

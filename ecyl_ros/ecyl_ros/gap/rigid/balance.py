@@ -33,6 +33,7 @@ _LEAST_MOVING_S, _LEAST_MOVING = 2.0, 0.2
 UNMODELLED = 0.01  # share of the effort that no model of one inertia explains
 _ALONG_A_WAVE = 0.5  # of that; models err smoothly, and in other directions by all of it
 _NOTHING = 1e-12  # of the variance that white noise gives
+_REMEMBERED = 512  # fits that are kept, of some thousand
 _FORM = 1e-3  # half width, as a share of the value, that no interval falls below
 
 
@@ -47,6 +48,18 @@ class Blur(NamedTuple):
     noise: float = 0.0
     counted: float = 0.0
     looped: Callable[[float], float] = lambda delay_s: 0.0
+
+
+class _Found(NamedTuple):
+    """What a fit finds: coefficients, float64[k], and the scale and share of a `Solution`.
+
+    terms: those that follow what is explained; they are told by who they are, so they are kept.
+    """
+
+    coefficients: FloatArray
+    scale: float
+    share: float
+    terms: tuple[Term, ...]
 
 
 class Balance:
@@ -95,6 +108,7 @@ class Balance:
         self.held: BoolArray = self.stretch % HELD_OUT_EVERY == 1
         self.fold: NDArray[np.int64] = self.stretch // HELD_OUT_EVERY % self.FOLDS
         self._cache: dict[str, tuple[Term, FloatArray]] = {}
+        self._fits: dict[tuple, _Found] = {}
 
     @property
     def fitted(self) -> BoolArray:
@@ -110,6 +124,10 @@ class Balance:
         """float64[m, k], filtered."""
         if not terms:
             return np.zeros((self.target.size, 0))
+        return np.concatenate(self._parts(terms)).T
+
+    def _parts(self, terms: Sequence[Term]) -> list[FloatArray]:
+        """The columns of each term, float64[k, m] each."""
         made = []
         for one in terms:
             # Columns that follow what is explained so far may be others of the same key.
@@ -117,7 +135,7 @@ class Balance:
             if last is None or (last[0] is not one and one.follows):
                 last = self._cache[one.key] = (one, self.motion.filtered(one.columns))
             made.append(last[1])
-        return np.concatenate(made).T
+        return made
 
     def fit(
         self,
@@ -132,38 +150,85 @@ class Balance:
         recording (see `gap.sheet`).
         """
         rows = self.fitted if rows is None else rows
-        columns = self.columns(terms)
-        low = np.array([value for one in terms for value in one.low])
-        high = np.array([value for one in terms for value in one.high or [math.inf] * len(one.low)])
-        weights = np.ones(self.target.size)
-        coefficients = np.zeros(columns.shape[1])
-        prior = np.zeros(columns.shape[1]) if prior is None else prior
-        rate = self.motion.rate_hz / self.motion.step
-        evidence = max(float(rows.sum()) * min(EVIDENCE_PER_S / rate, 1.0), 1.0)
-        share = 0.0
-        residual = self.target
+        parts = self._parts(terms)
+        prior = np.zeros(sum(map(len, parts))) if prior is None else prior
+        found = self._remembered(terms, parts, rows, rounds, prior)
+        residual, at = self.target.copy(), 0
+        for one in parts:
+            residual -= found.coefficients[at : at + len(one)] @ one
+            at += len(one)
+        weights = _weights(residual, found.scale) if terms else np.ones(residual.size)
+        evidence = max(float(rows.sum()) * min(EVIDENCE_PER_S / self._rate, 1.0), 1.0)
+        return Solution(
+            tuple(terms),
+            found.coefficients,
+            residual,
+            weights,
+            found.scale,
+            prior,
+            found.share,
+            evidence,
+        )
+
+    def _remembered(
+        self,
+        terms: Sequence[Term],
+        parts: Sequence[FloatArray],
+        rows: BoolArray,
+        rounds: int,
+        prior: FloatArray,
+    ) -> _Found:
+        """What `_found` finds; competing sets come up again and again."""
+        of = tuple(
+            (one.key, id(one) if one.follows else 0, one.low, one.high, one.inertia)
+            for one in terms
+        )
+        asked = (of, rows.tobytes(), rounds, prior.tobytes())
+        found = self._fits.get(asked)
+        if found is None:
+            if len(self._fits) == _REMEMBERED:
+                del self._fits[next(iter(self._fits))]
+            found = self._fits[asked] = self._found(terms, parts, rows, rounds, prior)
+        return found
+
+    def _found(
+        self,
+        terms: Sequence[Term],
+        parts: Sequence[FloatArray],
+        rows: BoolArray,
+        rounds: int,
+        prior: FloatArray,
+    ) -> _Found:
+        """Coefficients by some rows alone; parts: columns of each term, float64[k, m]."""
+        target, weights = self.target[rows], np.ones(int(rows.sum()))
         # What is less than the effort's rounding is no scale for anything.
         least = max(_ROUNDING * float(np.sqrt(np.mean(self.effort**2))), 1e-300)
-        scale = max(_scale(residual[rows]), least)
-        for _ in range(rounds if terms else 0):
-            share = scale**2 * max(rate / EVIDENCE_PER_S, 1.0)
-            ridge = prior**2 * share
-            blurred = self._blurred(terms)
-            coefficients = solve(
-                columns[rows],
-                self.target[rows],
-                weights[rows],
-                (low, high),
-                ridge,
-                blurred,
-                self._noise,
-            )
-            residual = self.target - columns @ coefficients
-            scale = max(_scale(residual[rows]), least)
-            weights = 1.0 / (1.0 + (residual / (_LOSS * scale)) ** 2)
-        return Solution(
-            tuple(terms), coefficients, residual, weights, scale, prior, share, evidence
-        )
+        scale, share = max(_scale(target), least), 0.0
+        coefficients = np.zeros(prior.size)
+        if terms:
+            low = np.array([value for one in terms for value in one.low])
+            high = [value for one in terms for value in one.high or [math.inf] * len(one.low)]
+            columns = np.concatenate([one[:, rows] for one in parts])
+            for _ in range(rounds):
+                share = scale**2 * max(self._rate / EVIDENCE_PER_S, 1.0)
+                coefficients = solve(
+                    columns,
+                    target,
+                    weights,
+                    (low, np.array(high)),
+                    prior**2 * share,
+                    self._blurred(terms),
+                    self._noise,
+                )
+                residual = target - coefficients @ columns
+                scale = max(_scale(residual), least)
+                weights = _weights(residual, scale)
+        return _Found(coefficients, scale, share, tuple(one for one in terms if one.follows))
+
+    @property
+    def _rate(self) -> float:
+        """Compared samples per second."""
+        return self.motion.rate_hz / self.motion.step
 
     def sound(self, solution: Solution) -> Solution:
         """The fit that comes closest with every known constant within its tolerance.
@@ -424,6 +489,12 @@ def stretch_length(duration_s: float) -> float:
     """Length of a stretch: 0.5 s, longer in long recordings, shorter where there are too few."""
     longest = max(STRETCH_S, duration_s / MOST_STRETCHES)
     return max(min(longest, duration_s / (4 * HELD_OUT_EVERY)), 1e-6)
+
+
+def _weights(residual: FloatArray, scale: float) -> FloatArray:
+    """Of a Cauchy loss."""
+    made: FloatArray = 1.0 / (1.0 + (residual / (_LOSS * scale)) ** 2)
+    return made
 
 
 def _scale(residual: FloatArray) -> float:

@@ -45,6 +45,7 @@ from .refreshed import new_rows
 
 _SETTLE = 1.0  # periods of the bandwidth's frequency left out at gaps
 _ENDS = 4.0  # the same at the ends, beyond which the low-passes have to guess how it moved
+_WHOLE = 1e-6  # of a sample: so near to one, a shift needs nothing between samples
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -125,9 +126,12 @@ class Motion(Course):
         Between samples along a cubic spline, beyond the ends the last one.
         """
         made = self._parallel(values)
-        course = CubicSpline(np.arange(made.size), made)
-        at = self.rows - np.asarray(later_s)[:, None] * self.rate_hz
-        found: FloatArray = course(np.clip(at, 0.0, made.size - 1.0))
+        at = np.clip(self.rows - np.asarray(later_s)[:, None] * self.rate_hz, 0.0, made.size - 1.0)
+        whole = np.rint(at)
+        if np.abs(at - whole).max() < _WHOLE:
+            found: FloatArray = made[whole.astype(np.int64)]
+        else:
+            found = CubicSpline(np.arange(made.size), made)(at)
         return found
 
     def smoothed(self, values: FloatArray) -> FloatArray:

@@ -21,7 +21,10 @@ def freed(gram: FloatArray, blurred: FloatArray, noise: float) -> FloatArray:
     """
     if not (noise > 0.0 and np.any(blurred)):
         return np.zeros_like(gram)
-    told = noise * float(blurred @ np.linalg.pinv(gram, hermitian=True) @ blurred)
+    values, vectors = np.linalg.eigh(gram)
+    told_by = values > len(gram) * np.finfo(float).eps * values[-1]
+    along = (blurred @ vectors)[told_by]
+    told = noise * float(np.sum(along**2 / values[told_by]))
     made: FloatArray = noise * min(1.0, MOST_BLUR / max(told, 1e-300)) * np.outer(blurred, blurred)
     return made
 
@@ -37,17 +40,18 @@ def solve(
 ) -> FloatArray:
     """Weighted least squares within bounds, by normal equations of scaled columns.
 
-    bounds: of the coefficients, float64[k] each, low and high. ridge: float64[k], what the square
-    of a coefficient costs beside the squared residuals. blurred: float64[k], share of the
-    acceleration in each column, whose noise is taken out of both sides; noise: its size, and the
-    inertia by which the target holds it.
+    columns: float64[k, m]. target, weights: float64[m]. bounds: of the coefficients, float64[k]
+    each, low and high. ridge: float64[k], what the square of a coefficient costs beside the squared
+    residuals. blurred: float64[k], share of the acceleration in each column, whose noise is taken
+    out of both sides; noise: its size, and the inertia by which the target holds it.
     """
     # With its price, so that a column that hardly moves and must not does not dwarf the others.
-    size = np.sqrt(np.mean(columns**2, axis=0) + ridge / max(len(columns), 1))
+    count = max(target.size, 1)
+    size = np.sqrt((np.einsum("km,km->k", columns, columns) + ridge) / count)
     size[size == 0.0] = 1.0
-    scaled = columns / size
-    weighted = scaled * weights[:, None]
-    gram, aim = weighted.T @ scaled + np.diag(ridge / size**2), weighted.T @ target
+    weighted = columns * weights
+    gram = (weighted @ columns.T) / np.outer(size, size) + np.diag(ridge / size**2)
+    aim = weighted @ target / size
     if np.any(blurred):
         brought = freed(gram, blurred / size, float(weights.sum()) * noise[0] ** 2)
         gram -= brought
