@@ -1,7 +1,7 @@
 """`ecyl investigate` on emulated drives with sealed faults: how many are decided, and rightly.
 
     python benchmarks/investigate.py --cases 20 --seed 1
-    python benchmarks/investigate.py --cases 20 --seed 1 --realtime
+    python benchmarks/investigate.py --cases 20 --seed 1 --drive servo_1khz --realtime --rate 500
 
 Each case draws a machine: its constants off their sheet, and one fault of a size that the blind
 study draws. The node graph of that machine is launched, and the command is given the data sheet
@@ -23,7 +23,7 @@ from pathlib import Path
 import numpy as np
 import yaml
 
-from ecyl_ros.drive.drive_file import drive_from_flat, drive_to_flat, load_drive
+from ecyl_ros.drive.drive_file import drive_from_flat, drive_to_flat, load_drive, with_rate
 from ecyl_ros.drive.engine import simulate
 from ecyl_ros.drive.parameters import DriveParameters
 from ecyl_ros.drive.stability import is_stable
@@ -58,9 +58,10 @@ def main() -> int:
     parser.add_argument("--motions", type=int, default=3)
     parser.add_argument("--duration", type=float, default=8.0)
     parser.add_argument("--realtime", action="store_true")
+    parser.add_argument("--rate", type=float, help="Hz of the controller, instead of the drive's")
     parser.add_argument("--keep", type=Path, help="folder to keep everything in")
     options = parser.parse_args()
-    drive = load_drive(options.drive)
+    drive = with_rate(load_drive(options.drive), options.rate, options.drive)
     nominal = dataclasses.replace(
         drive,
         telemetry_rate=min(1000.0, drive.controller.rate),

@@ -38,6 +38,7 @@ default_role = "code"  # `name` in a docstring is code, as in Markdown
 napoleon_numpy_docstring = False
 napoleon_use_ivar = True
 autodoc_member_order = "bysource"
+autodoc_use_type_comments = False  # nothing here has its types in comments
 # A name that a package hands on is described where it is defined, once.
 autodoc_default_options = {"ignore-module-all": True}
 html_theme = "alabaster"

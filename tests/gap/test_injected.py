@@ -8,6 +8,7 @@ import math
 import numpy as np
 import pytest
 from sheets import exact
+from small_field import without_all_but
 
 from ecyl_ros.drive.engine import simulate
 from ecyl_ros.drive.telemetry import simulation_recording
@@ -54,7 +55,10 @@ def _size(gap: np.ndarray) -> np.ndarray:
 @pytest.mark.slow
 def test_a_fault_beside_an_injected_force_is_named() -> None:
     """Friction of the load under a known force is named with its value, and no disturbance."""
-    found = diagnose(_pushed({"load_coulomb_friction": {"coulomb_nm": 0.2}}), DRIVE)
-    assert [one.effect for one in found.causes] == ["load_coulomb_friction"]
+    named = "load_coulomb_friction"
+    others = ("periodic_disturbance", "constant_load", "rotor_coulomb_friction", "spring_load")
+    recording = _pushed({named: {"coulomb_nm": 0.2}})
+    found = diagnose(recording, DRIVE, without=without_all_but(named, *others))
+    assert [one.effect for one in found.causes] == [named]
     assert found.causes[0].parameters[0].value == pytest.approx(0.2, rel=0.02)
     assert any("injected" in note for note in found.notes)
