@@ -1,6 +1,6 @@
 """How often a fault of the stated smallest size is seen: drawn machines, 95 % is what is stated.
 
-    python benchmarks/detection_limits.py --cases 100 --seed 1
+    python benchmarks/detection_limits.py --cases 100 --seed 1 --jobs 2
 
 Each case draws a machine of the sealed study (equations of its own, constants off the sheet, a
 motion of its own) and records it healthy; the diagnosis states from that how small a fault of one
@@ -15,6 +15,8 @@ import argparse
 import sys
 from collections import defaultdict
 from dataclasses import replace
+from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 
@@ -32,9 +34,18 @@ from ecyl_ros.gap.study.cylinder.cases import stated
 from ecyl_ros.gap.study.cylinder.inside import INSIDE
 from ecyl_ros.gap.study.cylinder.machine import record_machine
 from ecyl_ros.gap.study.cylinder.stage import Setup, Stage
+from ecyl_ros.gap.study.workers import in_processes
 from ecyl_ros.recording.signals import Recording
 
 WANTED = (0.90, 0.99)
+
+
+class Drawn(NamedTuple):
+    """A machine to be drawn: its number, its seed and the effect of its fault."""
+
+    case: int
+    seed: int
+    name: str
 
 
 def main() -> int:
@@ -45,15 +56,19 @@ def main() -> int:
     parser.add_argument("--sheet", type=float, default=0.01, help="relative sd off the sheet")
     parser.add_argument("--times", type=float, nargs="+", default=[0.5, 1.0], help="of the size")
     parser.add_argument("--effects", default=",".join(INSIDE))
+    parser.add_argument("--jobs", type=int, default=1)
     options = parser.parse_args()
     drive = load_drive(resolve_drive(options.drive))
     names = options.effects.split(",")
+    drawn = [
+        Drawn(case, 1000 * options.seed + case, names[case % len(names)])
+        for case in range(options.cases)
+    ]
+    examined = partial(_case, drive=drive, sheet=options.sheet, times=options.times)
     seen: dict[float, list[bool]] = defaultdict(list)
     missed: list[str] = []
     unseen = 0
-    for case in range(options.cases):
-        name = names[case % len(names)]
-        found = _case(1000 * options.seed + case, name, drive, options.sheet, options.times)
+    for (case, _, name), found in in_processes(examined, drawn, options.jobs):
         if found is None:
             unseen += 1
             continue
@@ -72,16 +87,18 @@ def main() -> int:
 
 
 def _case(
-    seed: int, name: str, drive: DriveParameters, sheet: float, times: list[float]
-) -> tuple[float, str, dict[float, bool]] | None:
-    """(size, unit, whether it was seen at these multiples); None where no size is seen."""
+    drawn: Drawn, drive: DriveParameters, sheet: float, times: list[float]
+) -> tuple[Drawn, tuple[float, str, dict[float, bool]] | None]:
+    """The machine, and (size, unit, whether it was seen at these multiples); None where no size
+    is seen."""
+    _, seed, name = drawn
     setup = Setup(drive)
     stage = Stage.of(seed, setup, sheet)
     nominal = stated(drive, sheet)
     healthy = record_machine(stage.with_effects({}, seed), stage.nuisances, drive, stage.reference)
     smallest = _smallest(healthy, nominal, name, stage)
     if smallest is None:
-        return None
+        return drawn, None
     nuisances = replace(stage.nuisances, noise_seed=stage.nuisances.noise_seed + 1)
     answers = {}
     for one in times:
@@ -89,7 +106,7 @@ def _case(
         machine = stage.with_effects({name: values}, seed)
         recording = record_machine(machine, nuisances, drive, stage.reference)
         answers[one] = _shows(recording, nominal, stage)
-    return smallest.size, smallest.probe.quantity.unit, answers
+    return drawn, (smallest.size, smallest.probe.quantity.unit, answers)
 
 
 def fitter_of(recording: Recording, drive: DriveParameters) -> Fitter:

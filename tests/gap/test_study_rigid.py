@@ -19,6 +19,7 @@ from ecyl_ros.gap.study.rigid.equations import STEP_S, Truth, run
 from ecyl_ros.gap.study.rigid.faults import FAULTS, faults
 from ecyl_ros.gap.study.rigid.judgeable import SHOWS, standing
 from ecyl_ros.gap.study.rigid.logger import Logger, record
+from ecyl_ros.gap.study.rigid.structure import FORMS, LARGEST, SMALLEST, with_structure
 from ecyl_ros.gap.study.seal import seal
 from ecyl_ros.gap.study.subject import product_diagnosis
 
@@ -323,6 +324,28 @@ def test_draws_hold_every_kind_and_repeat() -> None:
     np.testing.assert_array_equal(one.signal(named), again.signal(named))
     assert {case.sheet for case in plan_cases(40, 1)} == {0.0, 0.05}
     assert {case.sheet for case in plan_cases(5, 1, sheet=0.02)} == {0.02}
+
+
+def test_structure_acts_beside_a_fault_as_large_as_its_label_says() -> None:
+    """The effort that no model knows: its RMS over the fault's level, every form in some draw, the
+    same again; the drive and its fault are those of the case without."""
+    shapes = set()
+    for seed in range(12):
+        bare = draw_drive(seed, linear=True, effect="load_coulomb_friction", sheet=0.0)
+        found, facts = with_structure(bare, seed)
+        again, _ = with_structure(bare, seed)
+        added = found.coupling - bare.coupling
+        np.testing.assert_array_equal(added, again.coupling - bare.coupling)
+        share = facts["structure_over_fault"]
+        assert np.sqrt(np.mean(added**2)) == pytest.approx(share * bare.size.level)
+        assert SMALLEST <= share <= LARGEST
+        shapes.add(facts["structure"])
+        assert found.truth == bare.truth and found.machine == bare.machine
+    assert shapes == set(FORMS)
+    (case,) = draw_cases(RigidDrives(), 1, 5, Choice(kinds=("structure",)))
+    (played,) = play(case)
+    assert case.kind == "structure" and len(case.effects) == 1
+    assert case.facts["structure"] == played.drawn.facts["structure"]
 
 
 def test_a_choice_that_leaves_nothing_is_refused() -> None:

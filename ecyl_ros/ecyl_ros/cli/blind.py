@@ -64,8 +64,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--kinds",
         metavar="A,B",
-        help="cases of these kinds alone: single, pair, none, outside, withheld, beyond; and "
-        "law, of a cause that has no name, which is drawn only on request",
+        help="cases of these kinds alone: single, pair, none, outside, withheld, beyond; and, only "
+        "on request, law, of a cause that has no name, and structure, of one effect of a rigid "
+        "drive beside effort that no model knows",
     )
     parser.add_argument(
         "--effects", metavar="A,B", help="cases of these effects alone (a pair's second is any)"

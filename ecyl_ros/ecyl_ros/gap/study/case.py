@@ -12,7 +12,8 @@ Values = dict[str, float]
 _TUPLES = ("withheld", "unseen", "also")  # of a case's fields, lists in its label
 
 KINDS = ("single", "pair", "none", "outside", "withheld", "beyond")
-ALL_KINDS = (*KINDS, "law")  # drawn only when asked for: of a law that has no name
+# Drawn only when asked for: of a law that has no name; one effect beside what no model knows.
+LAW, STRUCTURE = "law", "structure"
 
 
 @dataclass(frozen=True)
@@ -22,9 +23,10 @@ class Case:
     Attributes:
         index: place in the study.
         seed: of motion, nuisances, phases and noise.
-        kind: one of `ALL_KINDS`: one effect of the contract's catalogue; two; none; one that the
-            diagnosis does not know; one of the catalogue withheld from it; one beyond the
-            contract's catalogue that it may know; a law of one or two variables.
+        kind: one of `KINDS`, `LAW` or `STRUCTURE`: one effect of the contract's catalogue; two;
+            none; one that the diagnosis does not know; one of the catalogue withheld from it; one
+            beyond the contract's catalogue that it may know; a law of one or two variables; one
+            effect beside structure that no model knows.
         effects: true parameters by effect; empty for `none`.
         withheld: effects that the diagnosis is not given.
         gaps: for each effect its own gap (the others in place) in noise floors, by signal.

@@ -9,7 +9,7 @@ from typing import Any, ClassVar, NamedTuple, Protocol
 
 from ...drive.parameters import DriveParameters
 from ...recording.signals import Recording
-from .case import ALL_KINDS, KINDS, Case
+from .case import KINDS, LAW, Case
 from .cylinder.baselines import BASELINES
 from .cylinder.cases import complete_case, plan_cases, record_cases, stated
 from .cylinder.effects import EFFECTS
@@ -84,7 +84,7 @@ class Drives(Protocol):
 class _Cylinders:
     """What all cylinders have in common."""
 
-    kinds: tuple[str, ...] = ALL_KINDS
+    kinds: tuple[str, ...] = (*KINDS, LAW)
     effects: tuple[str, ...] = tuple(EFFECTS)
     nameable: tuple[str, ...] = (*INSIDE, *(one.twin for one in OUTSIDE.values() if one.twin))
     baselines: Mapping[str, Baseline] = MappingProxyType(BASELINES)

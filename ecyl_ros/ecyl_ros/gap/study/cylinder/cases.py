@@ -12,7 +12,7 @@ from ....drive.parameters import DriveParameters
 from ....effects.catalogue import CATALOGUE
 from ....errors import InputError
 from ....recording.signals import Recording
-from ..case import ALL_KINDS, KINDS, Case
+from ..case import KINDS, LAW, Case
 from .effects import EFFECTS, SAME_CAUSE
 from .imposed import Draw, Values
 from .inside import INSIDE, nominal_values
@@ -135,7 +135,9 @@ def plan_cases(
         "beyond": beyond,
         "law": [name for name in chosen if name in UNNAMED],
     }
-    usable = [kind for kind in ALL_KINDS if kind in kinds and (kind == "none" or names_of[kind])]
+    usable = [
+        kind for kind in (*KINDS, LAW) if kind in kinds and (kind == "none" or names_of[kind])
+    ]
     if not usable:
         raise InputError(
             f"no case is left of --kinds {','.join(kinds)} with the effects asked for; "

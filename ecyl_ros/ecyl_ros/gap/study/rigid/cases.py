@@ -15,15 +15,16 @@ from ....errors import InputError
 from ....recording.signals import Recording
 from ...diagnosis import FloatArray
 from ...judge.verdict import NO_GAP_RATIO
-from ..case import Case
+from ..case import STRUCTURE, Case
 from .drawn import Drawn, draw_drive, moved_anew
 from .equations import Truth, run
 from .faults import STRANGE, Faulty, faults
 from .judgeable import SHOWS, pulled, standing
 from .logger import record
+from .structure import with_structure
 
-KINDS = ("single", "none", "withheld")
-SHARES = {"single": 0.6, "none": 0.25, "withheld": 0.15}
+SHARES = {"single": 0.6, "none": 0.25, "withheld": 0.15, STRUCTURE: 0.6}
+KINDS, USUAL = tuple(SHARES), ("single", "none", "withheld")
 SHEET_SD, SHEET_SHARE = 0.05, 0.6  # of the drives are off their sheet by so much, unless told
 RECORDINGS, SECONDS = "recordings", "seconds_each"  # facts of a case of several recordings
 # Over all other noise, from which what another axis pulls raises it by what counts as a gap.
@@ -44,7 +45,7 @@ def plan_cases(
     count: int,
     seed: int,
     *,
-    kinds: tuple[str, ...] = KINDS,
+    kinds: tuple[str, ...] = USUAL,
     effects: tuple[str, ...] | None = None,
     without: tuple[str, ...] = (),
     sheet: float | None = None,
@@ -123,15 +124,23 @@ def play(case: Case) -> tuple[Played, ...]:
         rng = np.random.default_rng([case.seed, zlib.crc32(effect.encode())])
         faulty = faults(linear)[effect](drawn.truth, drawn.size, rng)
     if seconds is None:
-        return (_moved(effect, drawn, faulty),)
+        return (_moved(effect, _disturbed(case, drawn), faulty),)
     found = []
     for number in range(count):
-        again = moved_anew(drawn, case.seed, number, float(seconds))
+        again = _disturbed(case, moved_anew(drawn, case.seed, number, float(seconds)))
         swing, rate, _ = faulty.truth.sine  # begins wherever it happens to be
         phase = math.tau * np.random.default_rng([case.seed, 9, number]).random()
         truth = faulty.truth._replace(sine=(swing, rate, phase))
         found.append(_moved(effect, again, faulty._replace(truth=truth)))
     return tuple(found)
+
+
+def _disturbed(case: Case, drawn: Drawn) -> Drawn:
+    """With structure that no model knows, where the case has it."""
+    if case.kind != STRUCTURE:
+        return drawn
+    found, facts = with_structure(drawn, case.seed)
+    return replace(found, facts={**found.facts, **facts})
 
 
 def _moved(effect: str | None, drawn: Drawn, faulty: Faulty) -> Played:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 
-from ..case import Case
+from ..case import STRUCTURE, Case
 from ..examine import Outcome
 from .answers import (
     Judged,
@@ -106,6 +106,20 @@ def figures(judged: Sequence[Judged]) -> list[Figure]:
         middle("seconds per case: all below", seconds, "s", 1.0),
         plain("diagnoses that ended", [o.error is None for _, o in judged]),
         *law_figures(judged),
+        *_beside_structure(judged),
+    ]
+
+
+def _beside_structure(judged: Sequence[Judged]) -> list[Figure]:
+    every = [(case, outcome) for case, outcome in judged if case.kind == STRUCTURE]
+    if not every:
+        return []
+    seen = [(case, outcome) for case, outcome in every if case.judgeable]
+    errors = [one.get("covered") for case, out in every for one in parameter_errors(case, out)]
+    return [
+        counted("beside structure: named first", [first_right(c, o.named) for c, o in seen], None),
+        counted("   no wrong cause named", [said_nothing_wrong(c, o) for c, o in every], None),
+        counted("   within the 95 % interval", [one for one in errors if one is not None], None),
     ]
 
 
