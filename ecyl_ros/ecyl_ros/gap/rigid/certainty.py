@@ -107,6 +107,7 @@ class Certainty:
         # Where the effort stood still while the output moved, something else drives it, too.
         acts = min(0.5 + 0.5 * sure, _CERTAIN) * (1.0 - self.balance.motion.standing)
         # It has to stand above the structure that is left; what is rare, above all that is unknown.
+        # The sealed study of drives beside structure (kind `structure`) finds it as often as told.
         size = own if rarity > 1 else whole
         above = (unknown if rarity > 1 else structure) / max(size, 1e-9 * best)
         acts = min(acts, 1.0 / (1.0 + 2.0 * math.exp(-known) * above**2))
