@@ -21,15 +21,20 @@ _WAVES = 6  # that a course along the travel is made of
 _TURNS = 0.01  # of the top speed: over so much a direction changes
 _WANDERS_HZ = (0.05, 0.5)
 
+# By draws, place (0 to 1 over the travel) and speed, float64[n] each: the effort's course.
 Along = Callable[[np.random.Generator, FloatArray, FloatArray], FloatArray]
 
 
 def with_structure(drawn: Drawn, seed: int) -> tuple[Drawn, dict[str, float | str]]:
-    """The drive with it, counted with what another axis pulls, and its facts for the label."""
+    """The drive with it, counted with what another axis pulls, and its facts for the label.
+
+    seed: of the case; what it draws is the same in all recordings of the drive.
+    """
     rng = np.random.default_rng([seed, 10])
     form = list(FORMS)[int(rng.integers(len(FORMS)))]
     share = float(np.exp(rng.uniform(math.log(SMALLEST), math.log(LARGEST))))
-    place = (drawn.reference - drawn.reference.min()) / float(np.ptp(drawn.reference))
+    # Of the drive, not of the recording: the same place in all recordings of it.
+    place = 0.5 + (drawn.reference - drawn.size.middle) / drawn.size.reach
     made = FORMS[form](rng, place, np.gradient(drawn.reference, 1.0 / LOOP_HZ))
     made = made * (share * drawn.size.level / float(np.sqrt(np.mean(made**2))))
     facts: dict[str, float | str] = {"structure": form, "structure_over_fault": share}
