@@ -26,10 +26,7 @@ def checkout(tmp_path: Path) -> Path:
     for name in _READ:
         (tmp_path / name).parent.mkdir(exist_ok=True)
         shutil.copy(ROOT / name, tmp_path / name)
-    made = tmp_path / ".venv"
-    venv.create(made, symlinks=True)
-    version = f"python{sys.version_info.major}.{sys.version_info.minor}"
-    (made / "lib" / version / "site-packages" / "rclpy.py").touch()
+    made = _environment(tmp_path / ".venv", "rclpy")
     sums = subprocess.run(
         ["bash", "-c", f"cat {' '.join(_READ[1:3])} {_READ[0]} | cksum"],
         cwd=tmp_path,
@@ -42,6 +39,15 @@ def checkout(tmp_path: Path) -> Path:
     return tmp_path
 
 
+def _environment(folder: Path, *modules: str) -> Path:
+    """A virtual one with empty modules."""
+    venv.create(folder, symlinks=True)
+    version = f"python{sys.version_info.major}.{sys.version_info.minor}"
+    for name in modules:
+        (folder / "lib" / version / "site-packages" / f"{name}.py").touch()
+    return folder
+
+
 def _without_environments() -> dict[str, str]:
     """This process's environment without the virtual one that its tests run in."""
     path = os.environ["PATH"].split(os.pathsep)
@@ -51,15 +57,18 @@ def _without_environments() -> dict[str, str]:
     return kept | {"PATH": os.pathsep.join(outside)}
 
 
-@pytest.mark.parametrize("active", [False, True])
-def test_setup_keeps_an_environment_that_is_up_to_date(checkout: Path, active: bool) -> None:
-    """Nothing is made anew, be the environment active (where its own rclpy is seen) or not."""
+@pytest.mark.parametrize("active", [None, ".venv", "other"])
+def test_setup_keeps_an_environment_that_is_up_to_date(checkout: Path, active: str | None) -> None:
+    """Nothing is made anew, whether no environment is active, its own (where its own rclpy is seen)
+    or that of another checkout, which has the stand-in's rclpy."""
     environment = _without_environments()
-    if active:
-        own = checkout / ".venv"
+    if active is not None:
+        folder = checkout / active
+        if active == "other":
+            _environment(folder, "rclpy", "rclpy_cyclone")
         environment |= {
-            "VIRTUAL_ENV": str(own),
-            "PATH": f"{own / 'bin'}{os.pathsep}{environment['PATH']}",
+            "VIRTUAL_ENV": str(folder),
+            "PATH": f"{folder / 'bin'}{os.pathsep}{environment['PATH']}",
         }
     ran = subprocess.run(
         ["bash", "scripts/setup"], cwd=checkout, env=environment, capture_output=True, text=True
