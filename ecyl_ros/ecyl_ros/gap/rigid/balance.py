@@ -15,6 +15,7 @@ from scipy.stats import t as student
 from ...drive.rigid.model import Model
 from ...effects.term import Interval, Parameters, Term
 from ..diagnosis import BoolArray, FloatArray
+from ..fit.robust import robust_squares, robust_weights
 from ..sheet import EVIDENCE_PER_S
 from ..split import STRETCH_S
 from .motion import Motion
@@ -152,12 +153,22 @@ class Balance:
         rows = self.fitted if rows is None else rows
         parts = self._parts(terms)
         prior = np.zeros(sum(map(len, parts))) if prior is None else prior
-        found = self._remembered(terms, parts, rows, rounds, prior)
+        # Competing sets come up again and again.
+        of = tuple(
+            (one.key, id(one) if one.follows else 0, one.low, one.high, one.inertia)
+            for one in terms
+        )
+        asked = (of, rows.tobytes(), rounds, prior.tobytes())
+        found = self._fits.get(asked)
+        if found is None:
+            if len(self._fits) == _REMEMBERED:
+                del self._fits[next(iter(self._fits))]
+            found = self._fits[asked] = self._found(terms, parts, rows, rounds, prior)
         residual, at = self.target.copy(), 0
         for one in parts:
             residual -= found.coefficients[at : at + len(one)] @ one
             at += len(one)
-        weights = _weights(residual, found.scale) if terms else np.ones(residual.size)
+        weights = robust_weights(residual, _LOSS * found.scale) if terms else np.ones(residual.size)
         evidence = max(float(rows.sum()) * min(EVIDENCE_PER_S / self._rate, 1.0), 1.0)
         return Solution(
             tuple(terms),
@@ -169,27 +180,6 @@ class Balance:
             found.share,
             evidence,
         )
-
-    def _remembered(
-        self,
-        terms: Sequence[Term],
-        parts: Sequence[FloatArray],
-        rows: BoolArray,
-        rounds: int,
-        prior: FloatArray,
-    ) -> _Found:
-        """What `_found` finds; competing sets come up again and again."""
-        of = tuple(
-            (one.key, id(one) if one.follows else 0, one.low, one.high, one.inertia)
-            for one in terms
-        )
-        asked = (of, rows.tobytes(), rounds, prior.tobytes())
-        found = self._fits.get(asked)
-        if found is None:
-            if len(self._fits) == _REMEMBERED:
-                del self._fits[next(iter(self._fits))]
-            found = self._fits[asked] = self._found(terms, parts, rows, rounds, prior)
-        return found
 
     def _found(
         self,
@@ -208,21 +198,15 @@ class Balance:
         if terms:
             low = np.array([value for one in terms for value in one.low])
             high = [value for one in terms for value in one.high or [math.inf] * len(one.low)]
+            bounds, blurred = (low, np.array(high)), self._blurred(terms)
             columns = np.concatenate([one[:, rows] for one in parts])
             for _ in range(rounds):
                 share = scale**2 * max(self._rate / EVIDENCE_PER_S, 1.0)
-                coefficients = solve(
-                    columns,
-                    target,
-                    weights,
-                    (low, np.array(high)),
-                    prior**2 * share,
-                    self._blurred(terms),
-                    self._noise,
-                )
+                ridge = prior**2 * share
+                coefficients = solve(columns, target, weights, bounds, ridge, blurred, self._noise)
                 residual = target - coefficients @ columns
                 scale = max(_scale(residual), least)
-                weights = _weights(residual, scale)
+                weights = robust_weights(residual, _LOSS * scale)
         return _Found(coefficients, scale, share, tuple(one for one in terms if one.follows))
 
     @property
@@ -260,7 +244,7 @@ class Balance:
 
     def costs(self, solution: Solution, scale: float, rows: BoolArray) -> FloatArray:
         """Robust squared residual of each stretch among `rows`: mean over its samples."""
-        loss = (_LOSS * scale) ** 2 * np.log1p((solution.residual / (_LOSS * scale)) ** 2)
+        loss = robust_squares(solution.residual, _LOSS * scale)
         return self.by_stretch(loss, rows)
 
     def by_stretch(self, values: FloatArray, rows: BoolArray) -> FloatArray:
@@ -286,7 +270,7 @@ class Balance:
                 return self.by_stretch(np.full(residual.size, np.inf), fitted)
             solution = self.fit(terms, rest, 3, prior)
             residual[out] = solution.residual[out]
-        loss = (_LOSS * scale) ** 2 * np.log1p((residual / (_LOSS * scale)) ** 2)
+        loss = robust_squares(residual, _LOSS * scale)
         return self.by_stretch(loss, fitted)
 
     def covariance(self, solution: Solution, rows: BoolArray) -> tuple[FloatArray, int]:
@@ -489,12 +473,6 @@ def stretch_length(duration_s: float) -> float:
     """Length of a stretch: 0.5 s, longer in long recordings, shorter where there are too few."""
     longest = max(STRETCH_S, duration_s / MOST_STRETCHES)
     return max(min(longest, duration_s / (4 * HELD_OUT_EVERY)), 1e-6)
-
-
-def _weights(residual: FloatArray, scale: float) -> FloatArray:
-    """Of a Cauchy loss."""
-    made: FloatArray = 1.0 / (1.0 + (residual / (_LOSS * scale)) ** 2)
-    return made
 
 
 def _scale(residual: FloatArray) -> float:
