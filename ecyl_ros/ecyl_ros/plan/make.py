@@ -135,7 +135,7 @@ def make_plan(
             name,
             reference,
             tuple(fitted_separations(experiment, reference, duration_s, both, straight)),
-            tuple(apart_from_sheet(base, one) for one in singles),
+            tuple(apart_from_sheet(base, singles)),
             tuple(visible(base, shown)),
         )
         found[name] = prediction, base

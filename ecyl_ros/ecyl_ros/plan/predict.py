@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -19,6 +20,7 @@ from ..gap.limits.limit import Limit
 from ..gap.limits.pairs import separation
 from ..gap.replay.replay import SIGNALS, FloatArray, Replay
 from ..gap.replay.sensor_noise import declared_noise
+from ..gap.side_by_side import side_by_side
 from ..gap.split import held_out
 from .healthy import healthy_run
 from .hypotheses import Hypothesis, Pair
@@ -86,23 +88,15 @@ def response(base: Base, one: Hypothesis) -> FloatArray:
 
 def separations(base: Base, pairs: Sequence[Pair]) -> list[tuple[float, float]]:
     """Of each pair: what the second leaves of the first, and the other way round, in floors."""
-    known: dict[str, FloatArray] = {}
+    every = {one.key: one for pair in pairs for one in (pair.first, pair.second)}
+    made = side_by_side(partial(response, base), every.values())
+    shown = dict(zip(every, made, strict=True))
 
-    def shown(one: Hypothesis) -> FloatArray:
-        if one.key not in known:
-            known[one.key] = response(base, one)
-        return known[one.key]
+    def both(pair: Pair) -> tuple[float, float]:
+        first, second = shown[pair.first.key], shown[pair.second.key]
+        return separation(base, first[0], second), separation(base, second[0], first)
 
-    found = []
-    for pair in pairs:
-        first, second = shown(pair.first), shown(pair.second)
-        found.append(
-            (
-                separation(base, first[0], second),
-                separation(base, second[0], first),
-            )
-        )
-    return found
+    return side_by_side(both, pairs)
 
 
 def visible(base: Base, names: Collection[str]) -> list[Limit]:
@@ -113,7 +107,11 @@ def visible(base: Base, names: Collection[str]) -> list[Limit]:
     return [one.limit for one in least_visible(seen)]
 
 
-def apart_from_sheet(base: Base, one: Hypothesis) -> float:
-    """What the sheet alone leaves of a hypothesis, in floors."""
-    shown = response(base, one)
-    return separation(base, shown[0], np.zeros((0, shown.shape[1])))
+def apart_from_sheet(base: Base, alone: Sequence[Hypothesis]) -> list[float]:
+    """What the sheet alone leaves of each hypothesis, in floors."""
+
+    def left(one: Hypothesis) -> float:
+        shown = response(base, one)
+        return separation(base, shown[0], np.zeros((0, shown.shape[1])))
+
+    return side_by_side(left, alone)

@@ -26,7 +26,7 @@ from ..gap.replay.replay import FloatArray
 from .blocks import Block, library
 from .healthy import Healthy, healthy_run
 from .hypotheses import Hypothesis, Pair
-from .predict import Experiment, predicted, response, separations
+from .predict import Experiment, apart_from_sheet, predicted, response, separations
 
 SLOTS = 8  # blocks of a plan
 _ROWS = 12000  # of each signal of the long run
@@ -173,23 +173,25 @@ def _apart(
     """Separations of the pairs, both ways, and of hypotheses from the sheet alone."""
     prior = blocks.precision * blocks.level / blocks.evidence
 
-    def left(acting: int, beside: Sequence[int]) -> float:
+    def left(acting: Sequence[int], beside: Sequence[int]) -> list[float]:
+        """Of each hypothesis in `acting`, beside the sheet and one other's columns."""
         using = [*range(blocks.free), *beside]
-        part = gram[np.ix_(using, using)]
-        ridge = part + np.diag([*prior, *[0.0] * len(beside)])
-        column = blocks.groups[acting][0]
-        aim = gram[using, column]
+        columns = [blocks.groups[one][0] for one in acting]
+        ridge = gram[np.ix_(using, using)] + np.diag([*prior, *[0.0] * len(beside)])
+        aim = gram[np.ix_(using, columns)]
         size = np.sqrt(np.maximum(np.diag(ridge), 1e-300))
-        found = np.linalg.lstsq(ridge / np.outer(size, size), aim / size, rcond=1e-10)[0] / size
+        scaled = np.linalg.lstsq(ridge / np.outer(size, size), aim / size[:, None], rcond=1e-10)[0]
         # The least of what is left and what the sheet's pulls cost, as `pairs.separation` has it.
-        return math.sqrt(max(float(gram[column, column] - found @ aim), 0.0))
+        taken = np.sum(scaled / size[:, None] * aim, axis=0)
+        rest: FloatArray = np.sqrt(np.maximum(np.diag(gram)[columns] - taken, 0.0))
+        return rest.tolist()
 
     apart = [
-        left(one, blocks.groups[other])
+        left([one], blocks.groups[other])[0]
         for first, second in pairs
         for one, other in ((first, second), (second, first))
     ]
-    return apart, [left(one, ()) for one in alone]
+    return apart, left(alone, ())
 
 
 def assembled(experiment: Experiment, blocks: Sequence[Block]) -> Planned:
@@ -285,7 +287,5 @@ def told(
     base: Base, pairs: Sequence[Pair], alone: Sequence[Hypothesis]
 ) -> tuple[list[float], list[float]]:
     """Separations of a predicted motion: of the pairs, both ways, and from the sheet alone."""
-    from .predict import apart_from_sheet
-
     apart = [one for both in separations(base, pairs) for one in both]
-    return apart, [apart_from_sheet(base, one) for one in alone]
+    return apart, apart_from_sheet(base, alone)
