@@ -76,9 +76,7 @@ def main() -> int:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--case", type=int, help="this one of them alone")
     parser.add_argument("--duration", type=float, default=8.0, help="of the second motion, s")
-    parser.add_argument(
-        "--search", type=float, default=BUDGET_S, help="for a motion, at the most; s of wall time"
-    )
+    parser.add_argument("--budget", type=float, default=BUDGET_S, help="for a plan, s of wall time")
     parser.add_argument("--others", action="store_true", help="usual motions beside the planned")
     parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("--journal", type=Path, default=Path("out/active_study.jsonl"))
@@ -95,7 +93,7 @@ def main() -> int:
         examined,
         drives=drives,
         duration_s=options.duration,
-        search_s=options.search,
+        budget_s=options.budget,
         others=OTHERS if options.others else (),
     )
     with progress_bar("diagnosing") as progress:
@@ -129,13 +127,13 @@ def poor_of(case: Case) -> str:
 
 
 def examined(
-    case: Case, drives: BenchDrives, duration_s: float, search_s: float, others: Sequence[str]
+    case: Case, drives: BenchDrives, duration_s: float, budget_s: float, others: Sequence[str]
 ) -> Outcome:
     """What is said of a case's first recording and, as baselines, of it with each motion.
 
     Where the first recording decides, its answer stands for every motion.
 
-    duration_s: of each second motion. search_s: for the planned one. others: usual motions.
+    duration_s: of each second motion. budget_s: for the planned one. others: usual motions.
     """
     setup = drives.setup(case.seed)
     stage = Stage.of(case.seed, setup, case.sheet)
@@ -160,7 +158,7 @@ def examined(
     if question(found) is not None or found["verdict"] in HEALTHY:
         begin = time.perf_counter()
         every = usual(sheet.limits, duration_s)
-        motions = {PLANNED: planned_from(found, sheet, duration_s, search_s)}
+        motions = {PLANNED: planned_from(found, sheet, duration_s, budget_s)}
         motions |= {name: every[name] for name in others}
         for name, motion in motions.items():
             both = said(first, (motion, duration_s))
@@ -178,14 +176,22 @@ def refused(error: InputError) -> dict[str, Any]:
 
 
 def planned_from(
-    data: Mapping[str, Any], drive: DriveParameters, duration_s: float, search_s: float
+    data: Mapping[str, Any], drive: DriveParameters, duration_s: float, budget_s: float
 ) -> Reference:
     """The motion that `ecyl plan --from` finds for a diagnosis."""
     left = open_or_alike(data)
     signals = left.signals or tuple(one.name for one in SIGNALS)
     alone = [] if left.pairs else list(CATALOGUE)
     plan = make_plan(
-        drive, duration_s, left.pairs, alone, left.values, signals, [], budget_s=search_s
+        drive,
+        duration_s,
+        left.pairs,
+        alone,
+        left.values,
+        signals,
+        [],
+        beside=(),
+        budget_s=budget_s,
     )
     return plan.motion
 

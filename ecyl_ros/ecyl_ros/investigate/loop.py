@@ -35,7 +35,7 @@ class Settings:
     Attributes:
         motions: at the most. minutes: after which no other motion is begun.
         duration_s: of a motion. error_m, current_a: bounds instead of those from the model.
-        plan_s: that the search for a motion may take.
+        plan_s: that a plan may take.
     """
 
     motions: int = 4

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -23,8 +23,8 @@ from .others import MOVES, moves, usual
 from .predict import Experiment, apart_from_sheet, predicted, separations, visible
 from .search import planned, worth
 
-BUDGET_S = 35.0  # for the search; predictions of what is compared come on top
-_FITTED_S = 5.0  # that fits of one pair on every motion take, off the search where pairs are many
+BUDGET_S = 55.0  # for a plan, so that it is found within a minute
+_SEARCHED = 1.0 / 3.0  # share of it that the search has at the least, whatever predictions take
 PLANNED = "planned"
 
 
@@ -99,6 +99,7 @@ def make_plan(
     signals: tuple[str, ...],
     shown: Sequence[str],
     *,
+    beside: Collection[str] | None = None,
     budget_s: float = BUDGET_S,
     tell: Callable[[float], None] = lambda share: None,
 ) -> Plan:
@@ -110,25 +111,22 @@ def make_plan(
         known: sizes that a diagnosis has found; others are `TIMES` the smallest that moves of the
             same limits and time would show.
         signals: that the recording will hold. shown: effects whose smallest sizes are predicted.
-        budget_s: for the search, at the most. tell: takes the share done.
+        beside: usual motions to be predicted, too; all of them unless given. Moves always are.
+        budget_s: for the plan. The predictions that stand beside it come first; what they leave is
+            the search's, a third at the least. tell: takes the share done.
 
     Raises:
         InputError: limits that leave no motion, an effect without a size.
     """
-    fits_s = _FITTED_S * max(len(pairs) - 1, 0)
-    deadline = time.monotonic() + max(budget_s - fits_s, budget_s / 3.0)
+    begin = time.monotonic()
     experiment = Experiment(drive, duration_s, signals)
     names = list(dict.fromkeys([*(one for pair in pairs for one in pair), *alone]))
     sizes = _sized(experiment, names, known)
     both = [Pair(sizes[first], sizes[second]) for first, second in pairs]
     singles = [sizes[name] for name in alone]
     tell(0.1)
-    motion, whole = planned(
-        experiment, both, singles, deadline, lambda share: tell(0.1 + 0.7 * share)
-    )
-    motions: dict[str, Reference] = {PLANNED: motion, **usual(drive.limits, duration_s)}
-    found: dict[str, tuple[Prediction, Base]] = {}
-    for number, (name, reference) in enumerate(motions.items()):
+
+    def shows(name: str, reference: Reference) -> tuple[Prediction, Base]:
         base = predicted(experiment, reference, duration_s)
         straight = separations(base, both)
         prediction = Prediction(
@@ -138,8 +136,25 @@ def make_plan(
             tuple(apart_from_sheet(base, singles)),
             tuple(visible(base, shown)),
         )
-        found[name] = prediction, base
-        tell(0.8 + 0.2 * (number + 1) / len(motions))
+        return prediction, base
+
+    motions = usual(drive.limits, duration_s)
+    if beside is not None:
+        motions = {name: motions[name] for name in motions if name in {*beside, MOVES}}
+    others: dict[str, tuple[Prediction, Base]] = {}
+    longest_s = 0.0
+    for name, reference in motions.items():
+        now = time.monotonic()
+        others[name] = shows(name, reference)
+        longest_s = max(longest_s, time.monotonic() - now)
+        tell(0.1 + 0.2 * len(others) / len(motions))
+    left_s = budget_s - (time.monotonic() - begin) - longest_s  # for the search; one is to come
+    deadline = time.monotonic() + max(left_s, _SEARCHED * budget_s)
+    motion, whole = planned(
+        experiment, both, singles, deadline, lambda share: tell(0.3 + 0.6 * share)
+    )
+    found = {PLANNED: shows(PLANNED, motion), **others}
+    tell(1.0)
     # A search cut short can end below plain moves, which are a motion to be played as well.
     if _worth(found[MOVES][0]) > _worth(found[PLANNED][0]) and _in_reach(found[MOVES][0], drive):
         found[PLANNED] = replace(found[MOVES][0], motion=PLANNED), found[MOVES][1]
