@@ -13,6 +13,7 @@ from ecyl_ros.gap.rigid.balance import Balance
 from ecyl_ros.gap.rigid.motion import motion_of
 from ecyl_ros.gap.rigid.other_friction import as_a_sum
 from ecyl_ros.gap.rigid.terms import Catalogue
+from ecyl_ros.gap.rigid.uncertainty import intervals
 
 LEVEL, VISCOUS = 1.4, 0.7  # N m, N m s/rad
 
@@ -58,7 +59,7 @@ def test_the_interval_of_a_sum_reaches_to_each_part_that_is_no_less_than_none() 
     balance = Balance(moved, catalogue.nominal(), catalogue.model)
     alone = coulomb.term(catalogue.along)
     fit = balance.fit([alone], balance.usable)
-    spans = balance.intervals(fit, balance.usable)
+    spans = intervals(balance, fit, balance.usable)
     wider, taken = as_a_sum(balance, catalogue.along, fit, spans)
     first = wider[alone.key]
     assert spans[alone.key][0].low > LEVEL + 0.1
@@ -68,4 +69,4 @@ def test_the_interval_of_a_sum_reaches_to_each_part_that_is_no_less_than_none() 
     known = Catalogue(moved, stated)
     held = Balance(moved, known.nominal(), known.model)
     fit = held.fit([alone], held.usable)
-    assert as_a_sum(held, known.along, fit, held.intervals(fit, held.usable)) == ({}, {})
+    assert as_a_sum(held, known.along, fit, intervals(held, fit, held.usable)) == ({}, {})

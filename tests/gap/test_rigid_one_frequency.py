@@ -23,11 +23,14 @@ def _swing(*hertz: float) -> Motion:
     )
 
 
-@pytest.mark.parametrize(("hertz", "alike"), [((4.0,), True), ((1.0, 4.0), False)])
+@pytest.mark.parametrize(
+    ("hertz", "alike"), [((4.0,), True), ((1.0, 4.0), False), ((0.25,), False)]
+)
 def test_an_inertia_at_one_frequency_may_be_a_resonance(
     hertz: tuple[float, ...], alike: bool
 ) -> None:
-    """14 kg for 20: named with its value, beside a wrong stiffness where one frequency told it."""
+    """14 kg for 20: named with its value, beside a wrong stiffness where one frequency told it
+    that may be one of a resonance."""
     motion = _swing(*hertz)
     found = causes(diagnose(recorded(motion, 14.0 * motion.a, LINEAR, 0.3, 1e-6), LINEAR))
     (name,) = found

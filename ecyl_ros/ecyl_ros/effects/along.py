@@ -19,6 +19,9 @@ _SOFT = 1e-3  # of the largest speed: below it the sign of the speed is not trus
 _SOFTEST = 0.03  # of it: beyond, a level would look like a rise with speed
 _STROKE = 0.1  # of the largest speed: what stays slower is no stroke
 _AROUND, _NEARLY_ALL = 2.0 ** (1.0 / 3.0), 0.9  # times a frequency; of the power
+# Below this no drive that is called rigid resonates: 2 Hz, a boom's or a long arm's, adds a third to
+# the mass at half of it, and less the slower the motion is.
+_SLOW_HZ = 1.0
 _SAME = 0.01  # of the power of what depends on position: two forms that nothing tells apart
 
 
@@ -121,8 +124,9 @@ class Along:
     def one_frequency(self) -> bool:
         """Whether the effort accelerates within a third of an octave of one frequency, nearly all.
 
-        At one frequency two masses and a stiffness move like one mass, of any size and sign. By the
-        cross-spectrum: noise of the acceleration is none of the effort's.
+        At one frequency two masses and a stiffness move like one mass, of any size and sign; well
+        below their resonance like their sum. By the cross-spectrum: noise of the acceleration is
+        none of the effort's.
         """
         motion = self.motion
         both = np.where(motion.usable, np.stack([motion.acceleration, motion.effort]), 0.0)
@@ -131,6 +135,8 @@ class Along:
         power[0] = 0.0
         hertz = np.fft.rfftfreq(motion.usable.size, 1.0 / motion.rate_hz)
         top = hertz[int(np.argmax(power))]
+        if top < _SLOW_HZ:
+            return False
         near = (hertz >= top / _AROUND) & (hertz <= top * _AROUND)
         return bool(np.sum(power[near]) >= _NEARLY_ALL * np.sum(power))
 

@@ -24,6 +24,7 @@ from ..replay.hidden import NO_GAP_RATIO
 from ..rigid.balance import Balance
 from ..rigid.sets import HELD_SURE, LEAST_GAIN, SURE, Sets
 from ..rigid.solution import Solution
+from ..rigid.uncertainty import intervals, unmodelled
 from .limit import Limit
 from .possible import possible
 
@@ -65,7 +66,7 @@ def _there(judgement: Judgement, term: Term, limit: Limit) -> bool:
         return False
     balance = judgement.balance
     fit = judgement.null.fit([*judgement.contest.order, term], balance.usable)
-    span = balance.intervals(fit, balance.usable)[term.key][0]
+    span = intervals(balance, fit, balance.usable)[term.key][0]
     shows = not span.low <= limit.neutral <= span.high
     return shows and abs(span.value - limit.neutral) >= limit.smallest_seen
 
@@ -98,8 +99,8 @@ def _limit(judgement: Judgement, current: Solution, term: Term) -> Limit | None:
     worst, way = 0.0, ways[0]
     for one in ways:
         response = wanted @ np.array(one)
-        unmodelled = balance.unmodelled(wave=term.rate != 0.0)
-        smallest = _smallest(judgement, current, response, (fitted, judged), unmodelled)
+        beyond = unmodelled(balance, wave=term.rate != 0.0)
+        smallest = _smallest(judgement, current, response, (fitted, judged), beyond)
         if smallest > worst:
             worst, way = smallest, one
     own = next((one for one in judgement.null.uncertain if one.term.effect == term.effect), None)

@@ -14,6 +14,7 @@ from ...effects.term import Interval, Term
 from .balance import Balance
 from .solution import Solution
 from .terms import free_means
+from .uncertainty import intervals
 
 
 def with_more(balance: Balance, closest: Solution, more: Sequence[Term]) -> Solution:
@@ -43,7 +44,7 @@ def shown(
     ]
     while more:
         fit = with_more(balance, closest, [*extra, *more])
-        spans = balance.intervals(fit, balance.usable)
+        spans = intervals(balance, fit, balance.usable)
         first = {one.key: spans[one.key][0] for one in more}
         idle = [one for one in more if first[one.key].low <= 0.0 <= first[one.key].high]
         if not idle:

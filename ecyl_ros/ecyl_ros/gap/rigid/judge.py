@@ -24,7 +24,6 @@ from ..judge.verdict import (
     told_by,
     verdict_of,
 )
-from .balance import UNMODELLED
 from .beside import shown, with_more
 from .certainty import Certainty
 from .contest import Contest
@@ -35,6 +34,7 @@ from .other_friction import as_a_sum
 from .rest import moving
 from .ruling import Ruling
 from .solution import Solution
+from .uncertainty import UNMODELLED, intervals
 from .void import SILENT, why_not
 
 _CLOSE, _HELPS_CLOSE = 5.0, 0.25  # where no more than so many floors are left, less has to be gone
@@ -75,7 +75,7 @@ class Judgement:
         self.spread = float(np.std(balance.effort[self.judged])) or 1.0
         # Gap figures are those of fits that saw a part; values are fitted again to all of it.
         self.whole = null.fit(contest.order, balance.usable)
-        self.spans = balance.intervals(self.whole, balance.usable)
+        self.spans = intervals(balance, self.whole, balance.usable)
         self._void = self._voids()
         # An effort that wanders by itself does not repeat either: that is no floor, but a gap, and
         # what is unknown of it may have any form.
@@ -111,7 +111,7 @@ class Judgement:
     @cached_property
     def _bent(self) -> dict[str, list[Interval]]:
         """`spans`, as wide as the structure that is left could bend them."""
-        return self.balance.intervals(self.whole, self.balance.usable, self._structure)
+        return intervals(self.balance, self.whole, self.balance.usable, self._structure)
 
     @cached_property
     def _structure(self) -> float:
@@ -127,7 +127,7 @@ class Judgement:
         if not more:
             return [], self.spans
         fit = with_more(self.balance, self.whole, more)
-        return more, self.balance.intervals(fit, self.balance.usable)
+        return more, intervals(self.balance, fit, self.balance.usable)
 
     def _taken_over(self, term: Term) -> list[str]:
         """Effects that are shown without being in the set, or may be of any machine, beside which a
@@ -289,6 +289,8 @@ class Judgement:
             return ""
         first = max(told, key=lambda one: self._sound(contest.without[one.effect]))
         names = (first.effect, *self._alike[first.key])
+        if self.catalogue.along.one_frequency:
+            return told_by(names, "motion at several frequencies")
         if not any(one in RIGID for one in self._alike[first.key]):
             return (
                 f"{in_words(names)} look alike in any motion of a rigid drive; one of them stated "

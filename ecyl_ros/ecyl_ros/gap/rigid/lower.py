@@ -22,6 +22,7 @@ from .judge import Judgement
 from .motion import Motion
 from .noise import blur_of, in_lower_band
 from .solution import Solution
+from .uncertainty import intervals
 
 _PERIODS = 2.0  # of a band in a stretch, so that what is left of one is not that of the next
 
@@ -90,7 +91,7 @@ def _together(count: int) -> float:
 
 def _inertia(balance: Balance, fit: Solution) -> Interval:
     """With what its term adds to it."""
-    return balance.intervals(fit, balance.usable)["inertia"][0]
+    return intervals(balance, fit, balance.usable)["inertia"][0]
 
 
 def _lower(balance: Balance, inertia: float, machine: Machine) -> Iterator[Balance]:

@@ -21,6 +21,7 @@ from .lower import where_inertia_holds
 from .machine_values import machine_value, told_apart
 from .other_friction import as_a_sum
 from .solution import Solution
+from .uncertainty import intervals
 
 
 def measured(
@@ -47,9 +48,9 @@ def measured(
     beside = shown(balance, along, closest, extra)
     extra += beside
     within, fit = where_inertia_holds(balance, along.machine, [*terms, *extra])
-    told = balance.intervals(closest, balance.usable)
+    told = intervals(balance, closest, balance.usable)
     scale = GainScale() if "gain" in keys else GainScale.of(_gain(balance, closest, extra), along)
-    spans = within.intervals(fit, within.usable, fit.bends(within.usable, floor))
+    spans = intervals(within, fit, within.usable, fit.bends(within.usable, floor))
     sums, _ = as_a_sum(within, along, fit, spans)
     spans |= {
         one.key: [scale.scaled(at) for at in spans[one.key]] for one in fit.terms if one.of_effort
@@ -81,7 +82,7 @@ def _gain(balance: Balance, closest: Solution, extra: Sequence[Term]) -> Sequenc
     """
     if not any(one.key == "gain" for one in closest.terms):
         return None
-    return balance.intervals(with_more(balance, closest, extra), balance.usable)["gain"]
+    return intervals(balance, with_more(balance, closest, extra), balance.usable)["gain"]
 
 
 def _stated(along: Along) -> list[Term]:

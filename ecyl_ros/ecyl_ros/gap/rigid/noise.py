@@ -11,12 +11,13 @@ import numpy as np
 from ...drive.rigid.loop import gains_of
 from ...drive.rigid.machine import Machine
 from ..diagnosis import FloatArray
-from .balance import UNMODELLED, Blur
+from .balance import Blur
 from .band import DERIVATIVE, ORDER, slope_gain
 from .grid import bridged, eroded
 from .motion import Motion
 from .solution import Solution
 from .terms import Catalogue
+from .uncertainty import UNMODELLED
 from .white import least_density
 
 _LONGEST = 20.0  # periods of the weight in a recording, at the least

@@ -16,6 +16,7 @@ from ...effects.term import Interval
 from .balance import Balance
 from .beside import with_more
 from .solution import Solution
+from .uncertainty import intervals
 
 Spans = Mapping[str, Sequence[Interval]]
 
@@ -38,7 +39,7 @@ def as_a_sum(
         alone = own.key in spans and other.effect not in names
         if not alone or other.effect not in along.unstated:
             continue
-        both = balance.intervals(with_more(balance, closest, [other]), balance.usable)
+        both = intervals(balance, with_more(balance, closest, [other]), balance.usable)
         if both[other.key][0].high <= 0.0:
             continue
         first, beside = spans[own.key][0], both[own.key][0]

@@ -16,6 +16,7 @@ from ..diagnosis import FloatArray
 from .balance import Balance, beside
 from .sheet import sheet_value, within
 from .solution import Solution
+from .uncertainty import half_width, intervals
 
 _PARTS = 4  # of the time, in which a sine has to be the same
 _OTHER = 0.5  # of its size, that it may be another in a part of the time
@@ -51,10 +52,10 @@ def why_not(
         return "it is not there all the time, or not in step"
     rows, own = balance.usable, slice(first, first + term.columns.shape[0])
 
-    def half_width(combined: FloatArray) -> float:
+    def wide(combined: FloatArray) -> float:
         every = np.zeros(solution.coefficients.size)
         every[own] = combined
-        return balance.half_width(solution, rows, every, left)
+        return half_width(balance, solution, rows, every, left)
 
     def inflation(by: Sequence[Term]) -> float:
         column = balance.columns([term])[rows, 0]
@@ -70,14 +71,14 @@ def why_not(
         free = np.zeros(sum(one.columns.shape[0] for one in by))
         prior = np.concatenate([solution.prior[costs], free])
         full = balance.fit([*kept, *by], rows, prior=prior)
-        return balance.intervals(full, rows)[term.key]
+        return intervals(balance, full, rows)[term.key]
 
     fitted = Fitted(
         along=along,
         term=term,
         values=solution.of(term),
         spans=spans,
-        half_width=half_width,
+        half_width=wide,
         inflation=inflation,
         beside=among,
     )

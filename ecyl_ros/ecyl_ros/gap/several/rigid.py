@@ -35,6 +35,7 @@ from ..rigid.sets import Sets
 from ..rigid.sheet import sheet_value
 from ..rigid.solution import Solution
 from ..rigid.terms import Catalogue
+from ..rigid.uncertainty import intervals
 from ..rigid.void import why_not
 from .checks import check_one_machine, check_signals, marked_alone, with_differences
 from .differences import differences
@@ -144,7 +145,7 @@ def _values(judgement: Judgement, sources: Sequence[str]) -> list[list[OwnValue]
         balance = copy.copy(judgement.balance)
         balance.usable = _rows(judgement, number)
         fit = common.fit(terms, balance.usable)
-        spans = balance.intervals(fit, balance.usable)
+        spans = intervals(balance, fit, balance.usable)
         own, held, at = [], {}, 0
         for term in fit.terms:
             span = spans[term.key]
