@@ -1,4 +1,5 @@
-"""Friction that grows with the load carried, where the encoder's noise swamps the acceleration."""
+"""Friction that grows with the load carried: by an acceleration that the encoder's noise swamps, by
+the weight of an arm."""
 
 from __future__ import annotations
 
@@ -6,8 +7,9 @@ import dataclasses
 
 import numpy as np
 import pytest
-from rigid_machines import LINEAR, motion, recorded
+from rigid_machines import LINEAR, ROTARY, motion, recorded
 
+from ecyl_ros.drive.rigid.model import Acting
 from ecyl_ros.gap.diagnose import diagnose
 from ecyl_ros.gap.rigid.motion import motion_of
 
@@ -27,3 +29,23 @@ def test_noise_of_the_encoder_carries_no_load() -> None:
     result = diagnose(recording, WIDE)
     assert [one.effect for one in result.causes] == ["load_dependent_friction"]
     assert result.causes[0].parameters[0].value == pytest.approx(COEFFICIENT, rel=0.05)
+
+
+def test_the_weight_of_an_arm_is_a_load_carried() -> None:
+    """An arm whose file states its weight, with friction of a tenth of what gears carry: named,
+    right within its interval, and the twin moves as the machine did."""
+    weight = Acting("gravity_on_arm", {"amplitude": 2.0, "phase": 0.4})
+    arm = dataclasses.replace(
+        ROTARY, coulomb=0.1, effects=(weight,), effects_unit="N m", tolerances={"all": 0.1}
+    )
+    m = motion(0.8)
+    carried = arm.inertia * m.a + 2.0 * np.sin(m.q + 0.4)
+    effort = carried + (0.1 + 0.1 * np.abs(carried)) * np.sign(m.v)
+    result = diagnose(recorded(m, effort, arm, noise=0.01, step=1e-5), arm)
+    (cause,) = result.causes
+    assert cause.effect == "load_dependent_friction"
+    (coefficient,) = cause.parameters
+    assert coefficient.low <= 0.1 <= coefficient.high
+    assert coefficient.value == pytest.approx(0.1, rel=0.05)
+    position = next(one for one in result.signals if one.name == "position")
+    assert position.after < 0.1 * position.gap

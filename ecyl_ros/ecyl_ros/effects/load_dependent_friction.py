@@ -14,6 +14,7 @@ from .effect import Effect, Evidence, Quantity, Start, bristle, put_bristle
 from .rigid_form import HUGE, RigidForm, Stem, Values, added
 from .starts import direction, regress
 from .term import Term
+from .waves import begin, parts, quadratures, size, wave
 
 
 def starts(evidence: Evidence) -> list[Start]:
@@ -51,19 +52,22 @@ EFFECT = Effect(
 
 
 def term(along: Along, shared: bool) -> Term:
-    """Friction in proportion to the load carried: to what inertia and constant load ask.
+    """Friction in proportion to the load carried: to what inertia, constant load, spring and weight
+    of the file ask.
 
-    shared: over the nominal load; by the acceleration alone where no inertia is known.
+    shared: over that load; by the acceleration alone where no inertia is known.
     """
-    acceleration = along.motion.quiet(along.motion.acceleration)
-    inertia, constant = _carried(along.model)
-    carried = np.abs(inertia * acceleration + constant) if shared else np.abs(acceleration)
+    motion = along.motion
+    acceleration = motion.quiet(motion.acceleration)
+    inertia, constant, stiffness, amplitude, phase = _carried(along.model)
+    carried = inertia * acceleration + constant + stiffness * motion.position
+    carried = carried + parts(amplitude, phase) @ quadratures(motion.position)
     name, unit = ("coefficient", "1") if shared else along.units.inertia
     stem = "share" if shared else "inertia"
     return Term(
         effect="load_dependent_friction",
         key="load friction",
-        columns=(along.sign * carried)[None],
+        columns=(along.sign * np.abs(carried if shared else acceleration))[None],
         parameters=lambda c: ((name, unit, float(c[0])),),
         values=lambda c: {stem: float(c[0])},
         low=(0.0,),
@@ -72,14 +76,25 @@ def term(along: Along, shared: bool) -> Term:
 
 def _packed(values: Values, model: Model) -> tuple[float, ...]:
     if "inertia" in values:
-        return values["inertia"], 1.0, 0.0
+        return values["inertia"], 1.0, 0.0, 0.0, 0.0, 0.0
     return values["share"], *_carried(model)
 
 
-def _carried(model: Model) -> tuple[float, float]:
-    """Inertia and constant load by the file's own gain."""
-    inertia = model.counted * model.keys.inertia or (model.inertia or 0.0)
-    return inertia, model.counted * model.keys.constant
+def _carried(model: Model) -> tuple[float, float, float, float, float]:
+    """Inertia, constant load, stiffness, and amplitude and phase of a weight, by the file's own
+    gain."""
+    counted, keys = model.counted, model.keys
+    inertia = counted * keys.inertia or (model.inertia or 0.0)
+    weights = [one.values for one in model.shapes if one.name == "gravity_on_arm"]
+    found = [parts(one["amplitude"], one["phase"]) for one in weights]
+    weight = np.sum(found or [(0.0, 0.0)], axis=0) / (model.ratio / (counted or 1.0) or 1.0)
+    return (
+        inertia,
+        counted * keys.constant,
+        counted * keys.stiffness,
+        size(weight),
+        begin(weight),
+    )
 
 
 RIGID = RigidForm(
@@ -104,5 +119,7 @@ def load_friction(p, speed, torque, angle, time):
 
 @kernel
 def rigid_level(v, time, position, speed, acceleration):
-    """Level: a share of what inertia and constant load ask; v: share, inertia, constant load."""
-    return v[0] * abs(v[1] * acceleration + v[2])
+    """Level: a share of what is carried; v: share, inertia, constant load, stiffness, and amplitude
+    and phase of a weight."""
+    weight = wave(v[4], 1.0, v[5], position)
+    return v[0] * abs(v[1] * acceleration + v[2] + v[3] * position + weight)

@@ -39,7 +39,7 @@ def assembled(
     """Rule, replay, and put together what is said. mode: that was judged, None for all."""
     ruled = judgement.rule()
     terms = judgement.contest.order  # without what is not sure enough, once that is ruled
-    ruling, light = borne_out(ruled, terms, judgement.catalogue.model)
+    ruling, light = borne_out(ruled, terms, judgement.balance)
     played = replay(judgement, ruling)
     over_time = any(one.over_time for one in terms)
     runaways = ran_away(played, judgement.judged)

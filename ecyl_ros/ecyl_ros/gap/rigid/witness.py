@@ -8,26 +8,31 @@ of the effort is small then; over that inertia, it is as much acceleration that 
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections.abc import Sequence
 
-from ...drive.rigid.model import Model
 from ...effects.term import Term
 from ..judge.verdict import STRUCTURELESS, in_words
+from .balance import Balance
+from .floor import white_part
 from .replay import Replay
 from .ruling import Ruling
 
 _FAR = 2.0  # times the gap that a signal has with the causes: as much again refutes them
 
 
-def borne_out(ruling: Ruling, terms: Sequence[Term], model: Model) -> tuple[Ruling, str]:
+def borne_out(ruling: Ruling, terms: Sequence[Term], balance: Balance) -> tuple[Ruling, str]:
     """The ruling, and a note where it is another than before; terms: of its causes.
 
-    Causes that lighten the output and leave no less acceleration unexplained are none.
+    Causes that lighten the output and leave no less acceleration unexplained are none. White noise
+    is no acceleration.
     """
     if not (ruling.named and any(one.inertia for one in terms)):
         return ruling, ""
-    nominal, found = ruling.base.inertia(model), ruling.final.inertia(model)
-    if not (found < nominal and ruling.after * nominal >= ruling.before * found):
+    nominal, found = ruling.base.inertia(balance.model), ruling.final.inertia(balance.model)
+    before = math.sqrt(max(ruling.before**2 - white_part(balance, ruling.base) ** 2, 0.0))
+    after = math.sqrt(max(ruling.after**2 - white_part(balance, ruling.final) ** 2, 0.0))
+    if not (found < nominal and after * nominal >= before * found):
         return ruling, ""
     titles = ", ".join(dict.fromkeys(one.title for one in ruling.causes))
     return _without_causes(ruling), (
