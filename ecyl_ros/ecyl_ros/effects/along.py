@@ -22,6 +22,7 @@ _AROUND, _NEARLY_ALL = 2.0 ** (1.0 / 3.0), 0.9  # times a frequency; of the powe
 # Below this no drive that is called rigid resonates: 2 Hz, as a long arm's, adds a third to the mass
 # at half of it, and less the slower the motion is.
 _SLOW_HZ = 1.0
+_NO_MACHINE = 0.01  # of the effort: no model of a machine leaves less
 _SAME = 0.01  # of the power of what depends on position: two forms that nothing tells apart
 
 
@@ -119,6 +120,19 @@ class Along:
         weight = np.stack([np.sin(angle), np.cos(angle), np.ones_like(angle)], axis=1)
         left = off - weight @ np.linalg.lstsq(weight, off, rcond=None)[0]
         return bool(np.sum(left**2) <= _SAME * np.sum(off**2))
+
+    @cached_property
+    def ramped(self) -> bool:
+        """Whether the effort was commanded as a ramp: each way a line over time, as no machine's.
+
+        What drifts with time would explain such a command, whatever the machine does.
+        """
+        motion = self.motion
+        rows = motion.usable
+        lines = np.stack([self.sign, self.sign * motion.own_s])[:, rows]
+        effort = motion.effort[rows]
+        left = effort - np.linalg.lstsq(lines.T, effort, rcond=None)[0] @ lines
+        return bool(np.std(left) < _NO_MACHINE * np.std(effort))
 
     @cached_property
     def one_frequency(self) -> bool:

@@ -85,8 +85,8 @@ RIGID = RigidForm(
         Stem("rate", "rate", -HUGE, HUGE, "change of the level over it"),
     ),
     term=term,
-    tried=lambda along, left: [()] if along.both_ways else [],
-    untold=lambda along, left: [] if along.both_ways else [()],
+    tried=lambda along, left: [()] if along.both_ways and not along.ramped else [],
+    untold=lambda along, left: [] if along.both_ways or along.ramped else [()],
     coefficients=lambda values: (values["coulomb"], values["coulomb"] * values["rate"]),
     void=lambda fitted: at_bound(fitted) or holds_nothing(fitted.spans[1]),
 )
