@@ -19,8 +19,8 @@ _SOFT = 1e-3  # of the largest speed: below it the sign of the speed is not trus
 _SOFTEST = 0.03  # of it: beyond, a level would look like a rise with speed
 _STROKE = 0.1  # of the largest speed: what stays slower is no stroke
 _AROUND, _NEARLY_ALL = 2.0 ** (1.0 / 3.0), 0.9  # times a frequency; of the power
-# Below this no drive that is called rigid resonates: 2 Hz, as a long arm's, adds a third to the mass
-# at half of it, and less the slower the motion is.
+# Below this no drive that is called rigid resonates: 2 Hz, as of a long arm, adds a third to the
+# mass at half of it, and less the slower the motion is.
 _SLOW_HZ = 1.0
 _NO_MACHINE = 0.01  # of the effort: no model of a machine leaves less
 _SAME = 0.01  # of the power of what depends on position: two forms that nothing tells apart

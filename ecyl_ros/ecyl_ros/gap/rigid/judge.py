@@ -160,6 +160,8 @@ class Judgement:
             floor = math.hypot(floor, UNMODELLED * signal)
         reason = ""
         wanders = self.wanders
+        # Most of what the file leaves does not repeat: whatever explains the rest, that stays.
+        mostly = wanders and nominal < math.sqrt(2.0) * self.floor
         at_floor = nominal <= NO_GAP_RATIO * floor
         no_gap = at_floor and not wanders
         if wanders:
@@ -174,7 +176,7 @@ class Judgement:
         helps = relieves or self._helps(before, best, surplus)
         # Where constants within their tolerances do, there is nothing left to explain.
         held = contest.base.rms(self.judged)
-        settled = no_gap or (held <= NO_GAP_RATIO * floor and not (strained or wanders))
+        settled = no_gap or (held <= NO_GAP_RATIO * floor and not (strained or mostly))
         # What stands no higher than its floor holds nothing that a cause could take away.
         named = bool(causes) and helps and not (settled or at_floor)
         if named and any(self._unsure(one) for one in contest.order):
@@ -194,15 +196,14 @@ class Judgement:
         final = contest.winner if named else contest.nominal
         after = final.rms(self.judged)
         silent = sum(one in SILENT for one in self._void.values())
-        within_sheet = not (named or no_gap or strained or wanders) and self.null.sheet
+        within_sheet = not (named or no_gap or strained or mostly) and self.null.sheet
         within_sheet = within_sheet and held <= STRUCTURELESS * floor
         if within_sheet:
             final, after = closest.base, held
         gap = max(nominal - self.floor, surplus)
         shrink = shrink_of(nominal, after, gap) if named or within_sheet else 0.0
         whole = not named or len(self.contest.order) + silent >= len(self.competed)
-        # Most of what the file leaves is what does not repeat: whatever is named, it stays.
-        whole = whole and not (wanders and nominal < math.sqrt(2.0) * self.floor)
+        whole = whole and not mostly
         nothing = nothing_shown(self.motion)
         if nothing in self._void.values() and not named:
             reason = f"{nothing}: record a motion that it drives"

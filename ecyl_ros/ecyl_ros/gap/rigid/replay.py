@@ -52,10 +52,12 @@ class Replay:
 
 
 def replay(judgement: Judgement, ruling: Ruling) -> Replay:
-    """Replay the machine of the file, and with what is named, beside the recording."""
+    """Replay the machine of the file, and with what is named, or as the sheet allows it, beside the
+    recording."""
     along = judgement.catalogue.along
     base = closest(along, ruling.base)
-    final = closest(along, ruling.final) if ruling.named else base
+    found = ruling.named or ruling.verdict == "within_sheet"
+    final = closest(along, ruling.final) if found else base
     return _Replayer(judgement, base, final, ruling.final.residual).run()
 
 
