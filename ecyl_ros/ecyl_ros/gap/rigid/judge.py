@@ -418,4 +418,17 @@ class Judgement:
         self.contest = dataclasses.replace(
             contest, winner=path[-1] if path else contest.base, order=tuple(kept), path=tuple(path)
         )
+        counted = [one for one in contest.order if RIGID[one.effect].ratio is None]
+        if any(RIGID[one.effect].ratio is not None for one in out):
+            self._count_by_the_file(counted)
         return self._causes(before, surplus)
+
+    def _count_by_the_file(self, terms: Sequence[Term]) -> None:
+        """Take values from a fit that counts effort as the file does, within its tolerance.
+
+        Another gain scales them all: where none is named, they are told by that of the file.
+        """
+        self.whole = self.balance.sound(self.null.fit(terms, self.balance.usable))
+        self.spans = intervals(self.balance, self.whole, self.balance.usable)
+        for one in ("_told", "_as_a_sum", "_bent", "_structure", "_beside"):
+            self.__dict__.pop(one, None)
