@@ -7,6 +7,8 @@ import pytest
 from rigid_machines import RATE_HZ, Motion, causes, recorded
 
 from ecyl_ros.drive.rigid.machine import Machine
+from ecyl_ros.errors import InputError
+from ecyl_ros.gap.diagnose import diagnose
 from ecyl_ros.gap.several.together import diagnose_together
 
 MOTOR = Machine(kind="rigid", output="rotary", actuation="voltage", gain=1.0)
@@ -39,3 +41,27 @@ def test_frictions_of_a_ramp_are_told_by_ramps_both_ways() -> None:
     # The acceleration is nearly as constant as the level.
     asked = COULOMB + INERTIA * PER_S / VISCOUS
     assert level.parameters[0].value == pytest.approx(asked, rel=0.05)
+
+
+def _step(level: float) -> tuple[Motion, np.ndarray]:
+    """A constant effort from rest on, and the motion that it is in balance with."""
+    time = np.arange(int(3.0 * RATE_HZ)) / RATE_HZ
+    settles, last_s = np.exp(-time * VISCOUS / INERTIA), INERTIA / VISCOUS
+    top = (level - COULOMB) / VISCOUS
+    position = top * (time - last_s * (1.0 - settles))
+    moved = Motion(time, position, top * (1.0 - settles), top / last_s * settles)
+    return moved, np.full(time.size, level)
+
+
+def test_a_constant_effort_is_compared_beside_another() -> None:
+    """A step of the voltage is refused alone; beside ramps it says no friction of its own, and what
+    the ramps name holds on it."""
+    ramps = [recorded(*_ramp(way), MOTOR, noise=0.0, step=1e-3) for way in (1.0, -1.0)]
+    step = recorded(*_step(4.0), MOTOR, noise=0.0, step=1e-3)
+    with pytest.raises(InputError, match="the effort never changes"):
+        diagnose(step, MOTOR)
+    result = diagnose_together([*ramps, step], MOTOR, sources=["f", "b", "step"])
+    assert set(causes(result)) == {"rotor_viscous_friction", "rotor_coulomb_friction"}
+    assert not any(one.differs for of in result.recordings for one in of.values)
+    step_of = result.recordings[2]
+    assert step_of.unseen is not None and step_of.unseen > 0.9

@@ -215,8 +215,13 @@ def inertia_of(catalogue: Catalogue) -> float:
     return _broad(plain, catalogue).inertia(catalogue.model)
 
 
-def check_motion(motion: Motion, machine: Machine, source: str) -> None:
-    """Raise InputError where a motion cannot be judged: no effort, no motion, another unit."""
+def check_motion(
+    motion: Motion, machine: Machine, source: str, *, changes: bool | None = None
+) -> None:
+    """Raise InputError where a motion cannot be judged: no effort, no motion, another unit.
+
+    changes: whether the effort does, in this recording unless another beside it may.
+    """
     if not np.isfinite(motion.effort).any():
         wanted = machine.actuation or ("force" if machine.linear else "torque")
         raise InputError(
@@ -235,8 +240,16 @@ def check_motion(motion: Motion, machine: Machine, source: str) -> None:
             f"{source}: the output does not move by more than 20 times its noise of "
             f"{motion.position_noise:.3g} {'m' if machine.linear else 'rad'}; expected motion"
         )
-    if not np.ptp(motion.effort[motion.usable]) > 0.0:
-        raise InputError(f"{source}: the effort never changes; expected a recorded effort")
+    if not (effort_changes(motion) if changes is None else changes):
+        raise InputError(
+            f"{source}: the effort never changes; expected one that does, for a constant may not "
+            "be what drives the motion (beside recordings with another effort it is compared)"
+        )
+
+
+def effort_changes(motion: Motion) -> bool:
+    """Whether the effort of a recording is another at times."""
+    return bool(np.ptp(motion.effort[motion.usable]) > 0.0)
 
 
 def _broad(balance: Balance, catalogue: Catalogue) -> Solution:

@@ -25,7 +25,7 @@ from ...recording.signals import Recording
 from ..diagnosis import BoolArray, Diagnosis
 from ..judge.verdict import shrink_of
 from ..rigid.assemble import assembled
-from ..rigid.diagnose import check_motion, inertia_of, judged
+from ..rigid.diagnose import check_motion, effort_changes, inertia_of, judged
 from ..rigid.joined import Joined, in_own_noise, joined, motions_of
 from ..rigid.judge import Judgement
 from ..rigid.own_band import looked_at_again
@@ -42,6 +42,7 @@ from .differences import differences
 from .of_recording import OfRecording, OwnValue, Unseen, names_of
 
 _BUILT_IN = ("load.mass", "load.inertia", "actuation.gain")  # that neither wear nor warmth changes
+_ROUNDING = 1e-9  # of an effort
 _JOINT, _ANEW, _UNSEEN = 0.5, 0.2, 0.3  # shares of the work
 
 
@@ -63,8 +64,9 @@ def diagnose_rigid_together(
     """
     check_signals(recordings, sources)
     motions = motions_of(recordings, machine, sources, mode)
+    changes = any(effort_changes(one) for one in motions)
     for one, source in zip(motions, sources, strict=True):
-        check_motion(one, machine, source)
+        check_motion(one, machine, source, changes=changes)
     motion = joined(motions, sources)
     motion = in_own_noise(motion, motions, inertia_of(Catalogue(motion, machine)))
     every = ", ".join(sources)
@@ -146,23 +148,26 @@ def _values(judgement: Judgement, sources: Sequence[str]) -> list[list[OwnValue]
         balance.usable = _rows(judgement, number)
         fit = common.fit(terms, balance.usable)
         spans = intervals(balance, fit, balance.usable)
+        # Alone, an effort that never changes says nothing: any friction of its level is in balance.
+        effort = balance.effort[balance.usable]
+        changes = bool(np.ptp(effort) > _ROUNDING * np.abs(effort).max())
         own, held, at = [], {}, 0
         for term in fit.terms:
             span = spans[term.key]
             told = sheet_value(term, span, machine, units)
             if told is not None:
                 key, values = told.parameter, (told.value, told.low, told.high)
-                held[key] = OwnValue(key, key, told.unit, *values, seen=told.seen)
+                held[key] = OwnValue(key, key, told.unit, *values, seen=told.seen and changes)
             if any(term is one for one in terms):
                 along = judgement.catalogue.along
-                seen = not why_not(balance, along, fit, term, span, at)
+                seen = changes and not why_not(balance, along, fit, term, span, at)
                 fitted = [one for one in span if one.name not in term.fixed]
                 own += [OwnValue(term.effect, *one, seen=seen) for one in fitted]
-            elif told is not None and told.seen:
+            elif told is not None and held[told.parameter].seen:
                 own.append(held[told.parameter])
             at += term.columns.shape[0]
         found.append(own)
-        constants.append(held)
+        constants.append(held if changes else {})
     widths = machine.half_widths()
     check_one_machine(
         constants, {key: widths[key] for key in _BUILT_IN if widths.get(key, 0.0) > 0.0}, sources
