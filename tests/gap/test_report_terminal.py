@@ -5,11 +5,11 @@ from __future__ import annotations
 import dataclasses
 
 import pytest
-from report_samples import diagnosis, of_each_verdict
+from report_samples import coulomb, diagnosis, of_each_verdict
 
 from ecyl_ros.api.notebook import html
 from ecyl_ros.effects.catalogue import CATALOGUE
-from ecyl_ros.gap.diagnosis import Candidate
+from ecyl_ros.gap.diagnosis import Candidate, FittedParameter, Measured, SignalGap
 from ecyl_ros.gap.report.rivals import runner_up
 from ecyl_ros.gap.report.terminal import summary
 from ecyl_ros.gap.report.verdict import sentence
@@ -41,6 +41,25 @@ def test_without_a_cause_there_is_no_column_after() -> None:
     """Where nothing was added, nothing is said of afterwards."""
     assert "after" not in summary(VERDICTS["unexplained"])
     assert "next best" not in summary(VERDICTS["unexplained"])
+
+
+def test_less_friction_than_the_sheet_has_is_told_by_how_much() -> None:
+    """A friction of -2.57 N m on top of the sheet's is one below it, in the sentence."""
+    less = FittedParameter("coulomb_nm", "N m", -2.57, -2.73, -2.42)
+    cause = dataclasses.replace(coulomb(), parameters=(less,))
+    text = sentence(dataclasses.replace(VERDICTS["explained"], causes=(cause,)))
+    assert "Coulomb friction on the rotor, below the sheet's by 2.57 N m (2.42 to 2.73)" in text
+
+
+def test_a_model_of_one_inertia_may_leave_its_part() -> None:
+    """Above the floor and without a gap: the sentence says how much of the effort is left."""
+    torque = SignalGap("torque", "N m", 17.6e-3, 17.6e-3, 11.1e-3)
+    share = Measured("relative_torque_error", "1", 0.005, 0.005, 0.005, "")
+    rigid = dataclasses.replace(VERDICTS["no_gap"], signals=(torque,), measured=(share,))
+    assert "the nominal model leaves 0.5 % of the torque" in sentence(rigid)
+    near = dataclasses.replace(torque, gap=11.5e-3)
+    text = sentence(dataclasses.replace(rigid, signals=(near,)))
+    assert "already reaches" in text and "0.5 %" not in text
 
 
 def test_the_runner_up_is_a_rival() -> None:

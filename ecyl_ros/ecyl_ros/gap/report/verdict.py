@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
-from ..diagnosis import Cause, ConditionShare, Diagnosis, SignalGap
+from ...effects.catalogue import RIGID
+from ..diagnosis import Cause, ConditionShare, Diagnosis, FittedParameter, SignalGap
 from ..judge.verdict import EXPLAINED_SHRINK, NO_GAP_RATIO, STRUCTURELESS, shrink_of
 from ..listed import listed
 from . import law as law_words
@@ -95,10 +97,15 @@ def _no_gap(diagnosis: Diagnosis) -> str:
     text = f"There is no gap to explain: the nominal model already reaches {_the_floor(diagnosis)}"
     if worst is None:
         return f"{text}."
-    text = (
-        f"{text}. The signal furthest from it, the {words.signal(worst.name)}, is at "
-        f"{q.times(worst.gap, worst.floor)} times {_floor(diagnosis, '')}."
-    )
+    times = f"{q.times(worst.gap, worst.floor)} times {_floor(diagnosis, '')}"
+    name, share = words.signal(worst.name), _share_of_effort(diagnosis)
+    if share and worst.gap > NO_GAP_RATIO * worst.floor:
+        text = (
+            f"There is no gap to explain: the nominal model leaves {share} of the {name}, as "
+            f"little as a model of one inertia can, at {times}."
+        )
+    else:
+        text = f"{text}. The signal furthest from it, the {name}, is at {times}."
     if built_up is None or built_up.gap <= NO_GAP_RATIO * built_up.floor:
         return text
     return (
@@ -131,10 +138,23 @@ def _within_sheet(diagnosis: Diagnosis) -> str:
     return text
 
 
+def _lessened(one: Cause) -> FittedParameter | None:
+    """By how much a friction is below what the sheet has, where it is told as what comes on top."""
+    form = RIGID.get(one.effect)
+    below = form is not None and form.on_top and one.effect.endswith("friction")
+    first = one.parameters[0] if one.parameters else None
+    if first is None or not below or len(one.parameters) > 1 or first.high >= 0.0:
+        return None
+    return replace(first, value=-first.value, low=-first.high, high=-first.low)
+
+
 def _alone(one: Cause) -> str:
     name = words.with_article(one.effect)
     if not one.parameters:
         return name
+    less = _lessened(one)
+    if less is not None:
+        return f"{name}, below the sheet's by {q.with_interval(less)}"
     if len(one.parameters) == 1:
         return f"{name}: {q.with_interval(one.parameters[0])}"
     parts = [f"{q.parameter_label(p.name)} {q.with_interval(p)}" for p in one.parameters]
@@ -145,6 +165,9 @@ def _among_others(one: Cause) -> str:
     name = words.with_article(one.effect)
     if not one.parameters:
         return name
+    less = _lessened(one)
+    if less is not None:
+        return f"{name} (below the sheet's by {q.with_interval(less)})"
     if len(one.parameters) == 1:
         return f"{name} of {q.with_interval(one.parameters[0])}"
     parts = []
@@ -239,14 +262,18 @@ def _partly(diagnosis: Diagnosis) -> str:
 
 def _of_effort(diagnosis: Diagnosis) -> str:
     """How much of a rigid drive's effort its model leaves; empty of other drives."""
+    share = _share_of_effort(diagnosis)
+    if not share:
+        return ""
+    effort = words.signal(diagnosis.signals[0].name)
+    return f" With its constants as the sheet allows, {share} of the {effort} is left."
+
+
+def _share_of_effort(diagnosis: Diagnosis) -> str:
+    """The same in percent."""
     effort = diagnosis.signals[0].name if diagnosis.signals else ""
     left = [one for one in diagnosis.measured if one.name == f"relative_{effort}_error"]
-    if not left:
-        return ""
-    share = q.percent(left[0].value)
-    return (
-        f" With its constants as the sheet allows, {share} of the {words.signal(effort)} is left."
-    )
+    return q.percent(left[0].value) if left else ""
 
 
 def _unexplained(diagnosis: Diagnosis) -> str:
