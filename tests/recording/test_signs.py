@@ -10,6 +10,7 @@ import pytest
 from ecyl_ros.cli.main import main
 from ecyl_ros.recording.map_file import parse_map
 from ecyl_ros.recording.mapped import read_mapped
+from ecyl_ros.recording.screening import with_sign_notes
 from ecyl_ros.recording.signals import Recording
 from ecyl_ros.recording.signs import wrong_signs
 
@@ -86,6 +87,8 @@ def test_an_effort_without_its_sign_is_named(tmp_path: Path) -> None:
     stamps = np.round(TIME * 1e9).astype(np.int64)
     (found,) = wrong_signs(Recording(stamp_ns=stamps, **signals))
     assert "rotor_torque_nm has lost its sign" in found.text
+    read = with_sign_notes(Recording(stamp_ns=stamps, **signals), "r", {found.signal: "effort"})
+    assert read.notes[0].endswith("expected it logged with its sign, which no map can restore")
 
 
 def test_the_note_comes_first_and_says_what_to_write(

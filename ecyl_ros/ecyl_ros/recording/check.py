@@ -162,7 +162,7 @@ def check_map(path: str | Path, map_file: str | Path, span: Span | None = None) 
         names = {one.target: one.name for one in good.signals}
         for wrong in wrong_signs(recording):
             at = f"signals.{names.get(wrong.signal, '')}"
-            text = f"{wrong.text}; expected sign: {-_sign(good, wrong.signal)}"
+            text = f"{wrong.text}; {wrong.remedy('', -_sign(good, wrong.signal))}"
             problems.append(Problem(_line(at, lines), f"{at}: {text}", fatal=False))
     problems.sort(key=lambda one: (one.line, not one.fatal))
     return MapCheck(

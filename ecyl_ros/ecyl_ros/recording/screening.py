@@ -73,7 +73,7 @@ def with_sign_notes(
     if not found:
         return recording
     hint = {
-        one.signal: f"; expected sign: -1 for signals.{names[one.signal]}"
+        one.signal: "; " + one.remedy(f" for signals.{names[one.signal]}", -1)
         for one in found
         if names and one.signal in names
     }

@@ -44,10 +44,18 @@ class WrongSign:
     Attributes:
         signal: whose sign is taken for wrong.
         text: one line that says so, and by what.
+        lost: whether it has none at all, so that no map can turn it.
     """
 
     signal: str
     text: str
+    lost: bool = False
+
+    def remedy(self, key: str, sign: int) -> str:
+        """What to do about it; key, sign: entry of a map that turns the signal, and to what."""
+        if self.lost:
+            return "expected it logged with its sign, which no map can restore"
+        return f"expected sign: {sign}{key}"
 
 
 def wrong_signs(recording: Recording) -> list[WrongSign]:
@@ -163,6 +171,7 @@ def _effort(
         return WrongSign(
             name,
             f"{name} has lost its sign: it is never below 0 whichever way it goes, by {by}",
+            lost=True,
         )
     held = effort - float(np.mean(effort))
     power = held * speed
