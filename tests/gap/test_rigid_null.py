@@ -33,6 +33,8 @@ def test_constants_within_their_tolerances_are_no_cause() -> None:
     ):
         assert found[key].value == pytest.approx(true, rel=0.02)
         assert found[key].low <= true <= found[key].high
+    # The replay beside is one with the constants as found.
+    assert all(one.after < 0.3 * one.gap for one in result.signals if not one.judged)
 
 
 def test_a_known_push_from_outside_is_no_gap() -> None:

@@ -5,10 +5,12 @@ from __future__ import annotations
 import dataclasses
 
 import numpy as np
+import pytest
 from rigid_machines import LINEAR, RATE_HZ, ROTARY, Motion, along, causes, motion, recorded
 
 from ecyl_ros.drive.rigid.machine import Machine
 from ecyl_ros.gap.diagnose import diagnose
+from ecyl_ros.gap.rigid.judge import Judgement
 from ecyl_ros.gap.rigid.motion import motion_of
 from ecyl_ros.gap.rigid.rest import at_rest
 
@@ -121,3 +123,19 @@ def test_a_place_that_goes_on_to_the_end_of_the_stroke_is_no_jam() -> None:
     drag = 9.0 * S * (M.q > 0.05)
     found = diagnose(recorded(M, 20.0 * M.a + drag, LINEAR, 0.3, 1e-6), LINEAR)
     assert "local_jam" not in causes(found)
+
+
+def test_where_no_gain_is_named_values_count_by_that_of_the_file(monkeypatch) -> None:
+    """An effort too small by a gain of 1.3 that is unsure: the weight of the arm is told as
+    the file's gain counts it, where it would be 2 N m by the other."""
+    unsure = Judgement._unsure
+    monkeypatch.setattr(
+        Judgement, "_unsure", lambda self, one: one.key == "gain" or unsure(self, one)
+    )
+    exact = {"actuation.gain": "exact", "load.inertia": "exact", "load.viscous_friction": "exact"}
+    arm = dataclasses.replace(ROTARY, actuation="current", gain=0.5, viscous=0.2, tolerances=exact)
+    m = motion(0.8)
+    current = (0.02 * m.a + 0.2 * m.v + 2.0 * np.sin(m.q)) / (1.3 * 0.5)
+    result = diagnose(recorded(m, current, arm, 0.02, 1e-5), arm)
+    weight = causes(result)["gravity_on_arm"].parameters[0]
+    assert weight.value == pytest.approx(2.0 / 1.3, rel=0.05)

@@ -31,6 +31,22 @@ def test_a_lighter_output_that_moves_as_recorded_is_named(share) -> None:
     assert all(one.after < 0.1 * one.gap for one in result.signals)
 
 
+def test_white_noise_is_no_acceleration_that_a_lighter_output_leaves() -> None:
+    """Seven tenths of the inertia under much noise: over the inertia the noise is more than all was
+    before, and the inertia is named, its true value within the interval."""
+    sheet = dataclasses.replace(ROTARY, tolerances={"load.inertia": 0.05})
+    true = 0.7 * (ROTARY.inertia or 0.0)
+    m = motion(1.0)
+    noise = 0.8 * true * float(np.std(m.a))
+    result = diagnose(recorded(m, true * m.a, sheet, noise, 1e-5), sheet)
+    (cause,) = result.causes
+    (inertia,) = cause.parameters
+    assert cause.effect == "rotor_inertia_error"
+    assert inertia.low <= true <= inertia.high
+    (gap,) = (one for one in result.signals if one.judged)
+    assert gap.after > 0.7 * gap.gap  # else this is no test of it
+
+
 def test_a_lighter_output_that_leaves_as_much_acceleration_is_none(monkeypatch) -> None:
     """A tenth of the inertia with which an eighth of the effort is left: over the inertia that is
     more than before, so nothing is named, and a note says what came closest."""
