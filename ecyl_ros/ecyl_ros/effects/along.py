@@ -22,7 +22,7 @@ _AROUND, _NEARLY_ALL = 2.0 ** (1.0 / 3.0), 0.9  # times a frequency; of the powe
 # Below this no drive that is called rigid resonates: 2 Hz, as of a long arm, adds a third to the
 # mass at half of it, and less the slower the motion is.
 _SLOW_HZ = 1.0
-_NO_MACHINE = 0.01  # of the effort: no model of a machine leaves less
+UNMODELLED = 0.01  # share of the effort that no model of one inertia explains
 _SAME = 0.01  # of the power of what depends on position: two forms that nothing tells apart
 
 
@@ -132,7 +132,7 @@ class Along:
         lines = np.stack([self.sign, self.sign * motion.own_s])[:, rows]
         effort = motion.effort[rows]
         left = effort - np.linalg.lstsq(lines.T, effort, rcond=None)[0] @ lines
-        return bool(np.std(left) < _NO_MACHINE * np.std(effort))
+        return bool(np.std(left) < UNMODELLED * np.std(effort))
 
     @cached_property
     def one_frequency(self) -> bool:

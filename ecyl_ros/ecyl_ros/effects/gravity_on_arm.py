@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import replace
 
 import numpy as np
 
 from ..drive.compiled import kernel
+from ..drive.rigid.model import Acting
 from .along import Along
 from .effect import Effect, FloatArray
 from .rigid_form import HUGE, RigidForm, Stem, Values
@@ -52,7 +54,12 @@ def term(along: Along) -> Term:
 
 def _stated(along: Along) -> FloatArray:
     """Coefficients of the weight in the file."""
-    found = [one.values for one in along.machine.effects if one.name == EFFECT.name]
+    return weight_of(along.machine.effects)
+
+
+def weight_of(effects: Iterable[Acting]) -> FloatArray:
+    """Coefficients of `waves.quadratures` over the angle, float64[2], of all weights at work."""
+    found = [one.values for one in effects if one.name == EFFECT.name]
     return np.sum([parts(one["amplitude"], one["phase"]) for one in found] or [(0.0, 0.0)], axis=0)
 
 

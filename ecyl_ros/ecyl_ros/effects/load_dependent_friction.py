@@ -11,6 +11,7 @@ from ..drive.parameters import DriveParameters
 from ..drive.rigid.model import Model
 from .along import Along
 from .effect import Effect, Evidence, Quantity, Start, bristle, put_bristle
+from .gravity_on_arm import weight_of
 from .rigid_form import HUGE, RigidForm, Stem, Values, added
 from .starts import direction, regress
 from .term import Term
@@ -85,9 +86,7 @@ def _carried(model: Model) -> tuple[float, float, float, float, float]:
     gain."""
     counted, keys = model.counted, model.keys
     inertia = counted * keys.inertia or (model.inertia or 0.0)
-    weights = [one.values for one in model.shapes if one.name == "gravity_on_arm"]
-    found = [parts(one["amplitude"], one["phase"]) for one in weights]
-    weight = np.sum(found or [(0.0, 0.0)], axis=0) / (model.ratio / (counted or 1.0) or 1.0)
+    weight = weight_of(model.shapes) / (model.ratio / (counted or 1.0) or 1.0)
     return (
         inertia,
         counted * keys.constant,

@@ -10,6 +10,7 @@ from functools import cached_property
 import numpy as np
 
 from ...effects import constant_load
+from ...effects.along import UNMODELLED
 from ...effects.catalogue import EFFECTS, RIGID
 from ...effects.term import Interval, Term
 from ..diagnosis import Cause, FittedParameter, FloatArray
@@ -34,7 +35,7 @@ from .other_friction import as_a_sum
 from .rest import moving
 from .ruling import Ruling
 from .solution import Solution
-from .uncertainty import UNMODELLED, intervals
+from .uncertainty import intervals
 from .void import SILENT, why_not
 
 _CLOSE, _HELPS_CLOSE = 5.0, 0.25  # where no more than so many floors are left, less has to be gone
@@ -418,9 +419,9 @@ class Judgement:
         self.contest = dataclasses.replace(
             contest, winner=path[-1] if path else contest.base, order=tuple(kept), path=tuple(path)
         )
-        counted = [one for one in contest.order if RIGID[one.effect].ratio is None]
-        if any(RIGID[one.effect].ratio is not None for one in out):
-            self._count_by_the_file(counted)
+        scales = {one.effect for one in out if RIGID[one.effect].ratio is not None}
+        if scales:
+            self._count_by_the_file([one for one in contest.order if one.effect not in scales])
         return self._causes(before, surplus)
 
     def _count_by_the_file(self, terms: Sequence[Term]) -> None:

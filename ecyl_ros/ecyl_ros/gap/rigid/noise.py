@@ -10,6 +10,7 @@ import numpy as np
 
 from ...drive.rigid.loop import gains_of
 from ...drive.rigid.machine import Machine
+from ...effects.along import UNMODELLED
 from ..diagnosis import FloatArray
 from .balance import Blur
 from .band import DERIVATIVE, ORDER, slope_gain
@@ -17,7 +18,6 @@ from .grid import bridged, eroded
 from .motion import Motion
 from .solution import Solution
 from .terms import Catalogue
-from .uncertainty import UNMODELLED
 from .white import least_density
 
 _LONGEST = 20.0  # periods of the weight in a recording, at the least

@@ -9,14 +9,14 @@ import numpy as np
 from scipy.stats import t as student
 
 from ...drive.rigid.model import Model
+from ...effects.along import UNMODELLED
 from ...effects.term import Interval, Parameters, Term
 from ..diagnosis import BoolArray, FloatArray
 from .balance import Balance
 from .normal import MOST_BLUR, freed
 from .solution import Solution
 
-UNMODELLED = 0.01  # share of the effort that no model of one inertia explains
-_ALONG_A_WAVE = 0.5  # of that; models err smoothly, and in other directions by all of it
+_ALONG_A_WAVE = 0.5  # of `UNMODELLED`; models err smoothly, and in other directions by all of it
 _NOTHING = 1e-12  # of the variance that white noise gives
 _FORM = 1e-3  # half width, as a share of the value, that no interval falls below
 

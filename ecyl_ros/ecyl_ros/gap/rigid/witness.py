@@ -17,6 +17,7 @@ from .balance import Balance
 from .floor import white_part
 from .replay import Replay
 from .ruling import Ruling
+from .solution import Solution
 
 _FAR = 2.0  # times the gap that a signal has with the causes: as much again refutes them
 
@@ -30,9 +31,14 @@ def borne_out(ruling: Ruling, terms: Sequence[Term], balance: Balance) -> tuple[
     if not (ruling.named and any(one.inertia for one in terms)):
         return ruling, ""
     nominal, found = ruling.base.inertia(balance.model), ruling.final.inertia(balance.model)
-    before = math.sqrt(max(ruling.before**2 - white_part(balance, ruling.base) ** 2, 0.0))
-    after = math.sqrt(max(ruling.after**2 - white_part(balance, ruling.final) ** 2, 0.0))
-    if not (found < nominal and after * nominal >= before * found):
+    if not found < nominal:
+        return ruling, ""
+
+    def structure(fit: Solution, left: float) -> float:
+        return math.sqrt(max(left**2 - white_part(balance, fit) ** 2, 0.0))
+
+    before, after = structure(ruling.base, ruling.before), structure(ruling.final, ruling.after)
+    if not after * nominal >= before * found:
         return ruling, ""
     titles = ", ".join(dict.fromkeys(one.title for one in ruling.causes))
     return _without_causes(ruling), (

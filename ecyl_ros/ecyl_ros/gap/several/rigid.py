@@ -42,7 +42,6 @@ from .differences import differences
 from .of_recording import OfRecording, OwnValue, Unseen, names_of
 
 _BUILT_IN = ("load.mass", "load.inertia", "actuation.gain")  # that neither wear nor warmth changes
-_ROUNDING = 1e-9  # of an effort
 _JOINT, _ANEW, _UNSEEN = 0.5, 0.2, 0.3  # shares of the work
 
 
@@ -64,20 +63,20 @@ def diagnose_rigid_together(
     """
     check_signals(recordings, sources)
     motions = motions_of(recordings, machine, sources, mode)
-    changes = any(effort_changes(one) for one in motions)
+    changes = [effort_changes(one) for one in motions]
     for one, source in zip(motions, sources, strict=True):
-        check_motion(one, machine, source, changes=changes)
+        check_motion(one, machine, source, changes=any(changes))
     motion = joined(motions, sources)
     motion = in_own_noise(motion, motions, inertia_of(Catalogue(motion, machine)))
     every = ", ".join(sources)
     judgement = judged(motion, machine, without, every, lambda share: tell(_JOINT * share))
-    values = _values(judgement, sources)
+    values = _values(judgement, sources, changes)
     differing = _differing(judgement, values, without)
     if differing:
         judgement = judged(
             motion, machine, without, every, lambda share: tell(_JOINT + _ANEW * share), differing
         )
-        values = _values(judgement, sources)
+        values = _values(judgement, sources, changes)
     told = differing | {RIGID[name].constant[not machine.linear] for name in differing}
     values = marked_alone(values, {one for one in told if one})
     found = assembled(judgement, mode, recordings, every, drive_name, without)
@@ -134,8 +133,13 @@ def _common(terms: Sequence[Term]) -> list[Term]:
     return [one.common or one for one in terms]
 
 
-def _values(judgement: Judgement, sources: Sequence[str]) -> list[list[OwnValue]]:
+def _values(
+    judgement: Judgement, sources: Sequence[str], changes: Sequence[bool]
+) -> list[list[OwnValue]]:
     """What each recording alone shows of the closest set and of the sheet.
+
+    changes: whether the effort of each does. Alone, one that never changes says nothing: any
+    friction of its level is in balance.
 
     Raises InputError where they are of different machines.
     """
@@ -148,26 +152,25 @@ def _values(judgement: Judgement, sources: Sequence[str]) -> list[list[OwnValue]
         balance.usable = _rows(judgement, number)
         fit = common.fit(terms, balance.usable)
         spans = intervals(balance, fit, balance.usable)
-        # Alone, an effort that never changes says nothing: any friction of its level is in balance.
-        effort = balance.effort[balance.usable]
-        changes = bool(np.ptp(effort) > _ROUNDING * np.abs(effort).max())
         own, held, at = [], {}, 0
         for term in fit.terms:
             span = spans[term.key]
             told = sheet_value(term, span, machine, units)
             if told is not None:
                 key, values = told.parameter, (told.value, told.low, told.high)
-                held[key] = OwnValue(key, key, told.unit, *values, seen=told.seen and changes)
+                held[key] = OwnValue(
+                    key, key, told.unit, *values, seen=told.seen and changes[number]
+                )
             if any(term is one for one in terms):
                 along = judgement.catalogue.along
-                seen = changes and not why_not(balance, along, fit, term, span, at)
+                seen = changes[number] and not why_not(balance, along, fit, term, span, at)
                 fitted = [one for one in span if one.name not in term.fixed]
                 own += [OwnValue(term.effect, *one, seen=seen) for one in fitted]
             elif told is not None and held[told.parameter].seen:
                 own.append(held[told.parameter])
             at += term.columns.shape[0]
         found.append(own)
-        constants.append(held if changes else {})
+        constants.append(held if changes[number] else {})
     widths = machine.half_widths()
     check_one_machine(
         constants, {key: widths[key] for key in _BUILT_IN if widths.get(key, 0.0) > 0.0}, sources
