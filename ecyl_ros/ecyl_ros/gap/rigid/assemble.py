@@ -60,7 +60,7 @@ def assembled(
         merged = (dataclasses.replace(merged[0], shrink=ruling.shrink),)
     order = judgement.contest.order
     untold = [one for one in judgement.competed if not any(one is other for other in order)]
-    whole = judgement.whole if named else judgement.null.fit([], balance.usable)
+    whole = judgement.values.fit if named else judgement.null.fit([], balance.usable)
     told = whole if named else contest.base
     best = None
     if named or ruling.verdict == "within_sheet":
@@ -111,7 +111,9 @@ def assembled(
         floor_is=judgement.floor_is,
         closest=best,
         judged=closest(along, ruling.final),
-        sheet=sheet_values(judgement.whole.terms, judgement.spans, along.machine, along.units),
+        sheet=sheet_values(
+            judgement.values.fit.terms, judgement.values.spans, along.machine, along.units
+        ),
         within_sheet=ruling.after / spread if ruling.verdict == "within_sheet" else None,
         reason=ruling.reason,
         limits=rigid_limits(judgement, without),

@@ -29,17 +29,17 @@ def unbelieved(judgement: Judgement) -> set[str]:
         if known and judgement.void(term) not in ("", *SILENT):
             found.add(term.effect)
     strained = winner.beyond.intersection(null.strained(winner))
-    for term in judgement.whole.terms:
+    for term in judgement.values.fit.terms:
         if term.effect in strained and term.inertia:
-            told = sheet_values([term], judgement.spans, machine, judgement.units)
+            told = sheet_values([term], judgement.values.spans, machine, judgement.units)
             found.update(term.effect for one in told if one.low <= 0.0)
     return found
 
 
 def off_sheet(judgement: Judgement, effects: set[str]) -> list[str]:
     """How far these constants would be off, from what came out before they were held."""
-    terms = [one for one in judgement.whole.terms if one.effect in effects]
-    found = sheet_values(terms, judgement.spans, judgement.machine, judgement.units)
+    terms = [one for one in judgement.values.fit.terms if one.effect in effects]
+    found = sheet_values(terms, judgement.values.spans, judgement.machine, judgement.units)
     return [f"{one.parameter} to be {_how_far(one)}" for one in found if abs(one.pull) > 1.0]
 
 

@@ -25,17 +25,15 @@ from ..judge.verdict import (
     told_by,
     verdict_of,
 )
-from .beside import shown, with_more
 from .certainty import Certainty
 from .contest import Contest
 from .detached import nothing_shown, shows_nothing
 from .noise import measurement_noise
 from .null import Null
-from .other_friction import as_a_sum
 from .rest import moving
 from .ruling import Ruling
 from .solution import Solution
-from .uncertainty import intervals
+from .values import Values
 from .void import SILENT, why_not
 
 _CLOSE, _HELPS_CLOSE = 5.0, 0.25  # where no more than so many floors are left, less has to be gone
@@ -58,8 +56,7 @@ class Judgement:
             what is not sure enough once `rule` has been called.
         floor, floor_is: standard deviation of what cannot be explained, and what it is.
         judged: bool[m], rows that gap figures are of.
-        whole, spans: the closest set and the file's constants fitted to all rows, and 95 %
-            intervals by key of the term.
+        values: of the closest set, fitted to all rows.
         competed: terms of the contest, before what is not sure enough went.
         notes: what was found but is not named.
     """
@@ -75,8 +72,7 @@ class Judgement:
         self.judged = moving(judged, self.motion, catalogue.along)
         self.spread = float(np.std(balance.effort[self.judged])) or 1.0
         # Gap figures are those of fits that saw a part; values are fitted again to all of it.
-        self.whole = null.fit(contest.order, balance.usable)
-        self.spans = intervals(balance, self.whole, balance.usable)
+        self.values = self._valued(null.fit(contest.order, balance.usable))
         self._void = self._voids()
         # An effort that wanders by itself does not repeat either: that is no floor, but a gap, and
         # what is unknown of it may have any form.
@@ -88,56 +84,6 @@ class Judgement:
         self._alike: dict[str, tuple[str, ...]] = {}
         self._shares: dict[str, float] = {}
         self.competed = contest.order
-
-    @cached_property
-    def _told(self) -> dict[str, list[Interval]]:
-        """`spans`, as wide as the structure that is left could bend them, and as those beside
-        friction and a load that are shown without being named, or could be: what is reported.
-
-        At one speed a level stands for all friction; its value is then that of a sum.
-        """
-        _, beside = self._beside
-        told = {
-            key: [one.over(other) for one, other in zip(spans, beside[key], strict=True)]
-            for key, spans in self._bent.items()
-        }
-        for key, first in self._as_a_sum[0].items():
-            told[key][0] = told[key][0].over(first)
-        return told
-
-    @cached_property
-    def _as_a_sum(self) -> tuple[dict[str, Interval], dict[str, str]]:
-        return as_a_sum(self.balance, self.catalogue.along, self.whole, self._bent)
-
-    @cached_property
-    def _bent(self) -> dict[str, list[Interval]]:
-        """`spans`, as wide as the structure that is left could bend them."""
-        return intervals(self.balance, self.whole, self.balance.usable, self._structure)
-
-    @cached_property
-    def _structure(self) -> float:
-        """RMS of the structure that is left, as far as it may be along one effect."""
-        in_motion = moving(self.balance.usable, self.motion, self.catalogue.along)
-        return self.whole.bends(in_motion, self.floor)
-
-    @cached_property
-    def _beside(self) -> tuple[list[Term], dict[str, list[Interval]]]:
-        """Friction and a load that are shown without being in the closest set, and `spans` beside
-        them."""
-        more = shown(self.balance, self.catalogue.along, self.whole)
-        if not more:
-            return [], self.spans
-        fit = with_more(self.balance, self.whole, more)
-        return more, intervals(self.balance, fit, self.balance.usable)
-
-    def _taken_over(self, term: Term) -> list[str]:
-        """Effects that are shown without being in the set, or may be of any machine, beside which a
-        term may be nothing."""
-        more, beside = self._beside
-        first = beside[term.key][0]
-        others = [one.effect for one in more] if first.low <= 0.0 <= first.high else []
-        other = self._as_a_sum[1].get(term.key)
-        return others if other is None or other in others else [*others, other]
 
     def void(self, term: Term) -> str:
         """Why a term of the closest set is no cause; empty where it may be one."""
@@ -243,15 +189,15 @@ class Judgement:
     def _voids(self) -> dict[str, str]:
         """Why a term of the closest set is no cause, by its key; empty where it may be one."""
         found, at = {}, 0
-        for term in self.whole.free:
+        for term in self.values.fit.free:
             found[term.key] = why_not(
                 self.balance,
                 self.catalogue.along,
-                self.whole,
+                self.values.fit,
                 term,
-                self._bent[term.key],
+                self.values.bent[term.key],
                 at,
-                self._structure,
+                self.values.structure,
             )
             at += term.columns.shape[0]
             if self._steady(term) and self._detached:
@@ -269,10 +215,10 @@ class Judgement:
 
     def _but_a_load(self) -> Iterator[tuple[Term, Interval]]:
         """What is fitted or shown but a steady effort, and the interval of its first parameter."""
-        for one in self.whole.free:
+        for one in self.values.fit.free:
             if not self._steady(one):
-                yield one, self._bent[one.key][0]
-        more, beside = self._beside
+                yield one, self.values.bent[one.key][0]
+        more, beside = self.values.beside
         for one in more:
             yield one, beside[one.key][0]
 
@@ -319,7 +265,7 @@ class Judgement:
             lost = self._lost(term)
             if term.key not in self._sure:  # judged once, beside its rivals and with all others
                 acts, sure, alternatives = self.certainty.of(term)
-                others = [one for one in self._taken_over(term) if one not in alternatives]
+                others = [one for one in self.values.taken_over(term) if one not in alternatives]
                 if sure > 0.0:  # each as good as it, and as what it is alike already
                     sure = acts / (acts / sure + len(others))
                 alternatives = (*alternatives, *others)
@@ -327,7 +273,7 @@ class Judgement:
                 self._alike[term.key] = alternatives
                 more = shares.get(term.effect, 0.0)
                 shares[term.effect] = max(more, (previous - now) / surplus)
-            parameters = [FittedParameter(*one) for one in self._told[term.key]]
+            parameters = [FittedParameter(*one) for one in self.values.told[term.key]]
             sure, alternatives = self._sure[term.key][1], self._alike[term.key]
             taken_off = (previous - now) / surplus
             found.append(
@@ -429,7 +375,8 @@ class Judgement:
 
         Another gain scales them all: where none is named, they are told by that of the file.
         """
-        self.whole = self.balance.sound(self.null.fit(terms, self.balance.usable))
-        self.spans = intervals(self.balance, self.whole, self.balance.usable)
-        for one in ("_told", "_as_a_sum", "_bent", "_structure", "_beside"):
-            self.__dict__.pop(one, None)
+        fit = self.null.fit(terms, self.balance.usable)
+        self.values = self._valued(self.balance.sound(fit))
+
+    def _valued(self, fit: Solution) -> Values:
+        return Values(self.balance, self.catalogue.along, self.floor, fit)

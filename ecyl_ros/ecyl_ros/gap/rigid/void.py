@@ -14,6 +14,7 @@ from ...effects.catalogue import RIGID
 from ...effects.term import Fitted, Interval, Term
 from ..diagnosis import FloatArray
 from .balance import Balance, beside
+from .floor import white_part
 from .sheet import sheet_value, within
 from .solution import Solution
 from .uncertainty import half_width, intervals
@@ -22,6 +23,7 @@ _PARTS = 4  # of the time, in which a sine has to be the same
 _OTHER = 0.5  # of its size, that it may be another in a part of the time
 _SURE = 3.0  # standard errors that it has to be another by
 _EXPLAINS = 0.5  # of the effort's RMS: a model that leaves more has hardly any of it
+_UNSURE = 0.1  # of the power of white noise, as its least density tells it
 SHEET = "within the tolerance of the data sheet"
 SILENT = (SAMPLING, SHEET)  # what every healthy machine, and every recording, may show
 
@@ -88,8 +90,9 @@ def why_not(
 def _drowns(balance: Balance, along: Along, solution: Solution, term: Term) -> bool:
     """Whether a constant is less than its nominal value in a model that explains next to nothing.
 
-    What the nominal model asks for too much then comes off best, and nothing in its place. A load
-    has either sign: it is less where it goes against that of the file.
+    What the nominal model asks for too much then comes off best, and nothing in its place. White
+    noise of the effort is neither explained nor left: it makes no value smaller. A load has either
+    sign: it is less where it goes against that of the file.
     """
     more = float(solution.of(term)[0])
     if term.effect == constant_load.EFFECT.name:
@@ -97,8 +100,10 @@ def _drowns(balance: Balance, along: Along, solution: Solution, term: Term) -> b
     if not (any(RIGID[term.effect].constant) and more < 0.0):
         return False
     rows = balance.usable
-    effort = float(np.std(balance.effort[rows]))
-    return solution.rms(rows) > _EXPLAINS * effort
+    effort = float(np.var(balance.effort[rows]))
+    white = white_part(balance, solution) ** 2
+    left = max(solution.rms(rows) ** 2 - white, _UNSURE * white)
+    return left > _EXPLAINS**2 * (effort - white)
 
 
 def _comes_and_goes(balance: Balance, solution: Solution, term: Term) -> bool:
