@@ -66,6 +66,34 @@ def test_the_true_friction_fits_only_with_noise_in_the_loop(stuck: Recording) ->
     assert misfit(fitter.evaluate(FRICTION).judged) < 1.3 * fitter.perfect
 
 
+def test_a_tenth_of_the_noise_in_the_loop_makes_friction_creep() -> None:
+    """A tenth of the sensors' noise goes round, the rest is the logger's: a silent replay of the
+    true friction leaves more than a perfect model, one shaken by that tenth does not; of the drive
+    without friction a perfect model leaves the recorded noise."""
+    quiet = _with_rests(FRICTION, noise=0.1)
+    rng = np.random.default_rng(5)
+    rest = np.sqrt(1.0 - 0.1**2)
+    logged = {
+        "rotor_position_rad": DRIVE.sensors.rotor_position_noise,
+        "rotor_velocity_rad_per_s": DRIVE.sensors.rotor_velocity_noise,
+        "current_q_a": DRIVE.sensors.current_noise,
+        "rod_position_m": DRIVE.sensors.rod_position_noise,
+    }
+    noisy = {
+        name: getattr(quiet, name) + rest * std * rng.standard_normal(len(quiet))
+        for name, std in logged.items()
+    }
+    replay = Replay(dataclasses.replace(quiet, **noisy), DRIVE, "a tenth")
+    fitter = Fitter(replay, held_out(replay.time_s))
+    assert replay.loop_share == pytest.approx(0.1, rel=0.3)
+    at = [one.name != "voltage_q" for one in replay.signals]
+    np.testing.assert_allclose(np.std(replay.healthy[at], axis=1), 1.0, atol=0.1)
+    silent = misfit(fitter.evaluate(FRICTION).judged)
+    replay.shake()
+    shaken = misfit(fitter.evaluate(FRICTION).judged)
+    assert silent > 1.3 * fitter.perfect > shaken
+
+
 def test_noise_in_the_loop_leaves_the_nominal_replay_as_it_was(stuck: Recording) -> None:
     """What the noise does to the drive without effects is subtracted again."""
     replay = Replay(stuck, DRIVE, "stuck")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import dataclasses
+import math
 import threading
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -73,7 +74,9 @@ _MOST_SUBSTEPS = 40  # per tick: a fit may wander to an absurdly stiff drive
 _TICK_COST = 1  # of a control tick beside its sub-steps, in such
 _STIFF_COST = 4  # of a sub-step in which the current goes ahead, in such as have none
 _QUIET_COMMAND = 0.15  # floor of a command without noise, as a share of what noise would make it
-_LOUD = 0.3  # share of the stated noise in the loop from which on its way round is reckoned with
+# Share of the stated noise in the loop from which on its way round is reckoned with. What a load
+# that sticks creeps by grows with its square: with a tenth it is some floors, with this below one.
+_LOUD = 0.03
 _SHAKING_SEED = 0x5EED  # unlike those that drives are emulated with
 _ROUGHER = 1.5  # a signal may be this much noisier than stated
 _SETTLING_S = 0.3  # left out where the run does not begin at rest, or a long gap ends
@@ -369,9 +372,23 @@ class Replay:
         drawn = np.random.default_rng(1).standard_normal(self.recorded.shape)
         if not self.noise_in_loop:
             return drawn
-        noisy = self._columns(effects, self.nominal)
+        noisy = self._columns(effects, self._in_loop(self.nominal.sensors.noise_seed))
         left: FloatArray = (noisy - self.simulate(effects)) / self.floor[:, None]
-        return left
+        # The rest of the noise is the recording's alone; a command has none.
+        rest = math.sqrt(1.0 - self.loop_share**2)
+        alone = np.array([0.0 if one.name == "voltage_q" else rest for one in self.signals])
+        return left + alone[:, None] * drawn
+
+    def _in_loop(self, seed: int) -> DriveParameters:
+        """The nominal drive with as much of its sensors' noise as goes round the loop."""
+        sensors = self.nominal.sensors
+        noise = {
+            one.name: self.loop_share * getattr(sensors, one.name)
+            for one in dataclasses.fields(sensors)
+            if one.name.endswith("_noise")
+        }
+        quieter = dataclasses.replace(sensors, **noise, noise_seed=seed)
+        return dataclasses.replace(self.nominal, sensors=quieter)
 
     def healthy_signals(self) -> FloatArray:
         """What a sound nominal machine would have recorded, float64[signals, n], SI: one draw."""
@@ -395,16 +412,7 @@ class Replay:
         replay stays. How it creeps on average hardly depends on the draw of the noise; what this
         draw does to the drive without effects is subtracted again.
         """
-        sensors = dataclasses.replace(
-            self.nominal.sensors,
-            **{
-                one.name: getattr(self.nominal.sensors, one.name) * self.loop_share
-                for one in dataclasses.fields(self.nominal.sensors)
-                if one.name.endswith("_noise")
-            },
-            noise_seed=_SHAKING_SEED,
-        )
-        drive = dataclasses.replace(self.nominal, sensors=sensors)
+        drive = self._in_loop(_SHAKING_SEED)
         self._shaking = drive, self._columns({}, drive) - self._columns({})
 
     def calm(self) -> None:
