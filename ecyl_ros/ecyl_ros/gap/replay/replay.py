@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from ...drive.cascade import initial_cascade_state
 from ...drive.engine import COLUMNS, MEASUREMENT, VOLTAGE, run_ticks
 from ...drive.law import Law
-from ...drive.packed import pack
+from ...drive.packed import choose_substeps, pack
 from ...drive.parameters import DriveParameters
 from ...drive.plant import MEASURED, voltage_queue
 from ...drive.tolerances import with_constants
@@ -69,7 +69,9 @@ SIGNALS = (
 # A step of the replay's integrator times the drive's fastest rate: its error stays far below the
 # noise floor, and it takes half the time of the emulator's own.
 _REPLAY_RATE_STEP = 0.45
-_MOST_SUBSTEPS = 40  # per tick: a fit may wander to an absurdly stiff drive
+# Sub-steps per tick, those of the nominal drive so many times or this many: a fit may wander to an
+# absurdly stiff drive.
+_STIFFER, _MOST_SUBSTEPS = 4, 40
 
 _TICK_COST = 1  # of a control tick beside its sub-steps, in such
 _STIFF_COST = 4  # of a sub-step in which the current goes ahead, in such as have none
@@ -77,6 +79,7 @@ _QUIET_COMMAND = 0.15  # floor of a command without noise, as a share of what no
 # Share of the stated noise in the loop from which on its way round is reckoned with. What a load
 # that sticks creeps by grows with its square: with a tenth it is some floors, with this below one.
 _LOUD = 0.03
+_NEXT_DRAW = 7919  # from the seed of one draw to the next: unlike those of other drives
 _SHAKING_SEED = 0x5EED  # unlike those that drives are emulated with
 _ROUGHER = 1.5  # a signal may be this much noisier than stated
 _SETTLING_S = 0.3  # left out where the run does not begin at rest, or a long gap ends
@@ -309,9 +312,9 @@ class Replay:
         """
         base = drive or self.drive
         drive = dataclasses.replace(base, effects={**base.effects, **effects})
-        record = pack(
-            drive, rate_step=_REPLAY_RATE_STEP, most=_MOST_SUBSTEPS, believed=self.nominal
-        )
+        own = choose_substeps(self.nominal, _REPLAY_RATE_STEP)
+        most = max(_MOST_SUBSTEPS, _STIFFER * own)
+        record = pack(drive, rate_step=_REPLAY_RATE_STEP, most=most, believed=self.nominal)
         if self._holds_i_d:
             record["pole_pairs"] = 0.0
         return record
@@ -363,16 +366,19 @@ class Replay:
         """All the engine's columns at the recording's stamps, float64[COLUMNS, n]; see `run`."""
         return self._grid.on_stamps(self.run(effects, torque=torque))
 
-    def healthy_with(self, effects: Effects) -> FloatArray:
+    def healthy_with(self, effects: Effects, draw: int = 0) -> FloatArray:
         """One draw of what a model with `effects` would leave, were it perfect, in floors.
+
+        draw: its number; the first is that of `healthy`.
 
         float64[signals, n]: noise, and what it does round the loop. White noise where the command
         shows that little of it goes round.
         """
-        drawn = np.random.default_rng(1).standard_normal(self.recorded.shape)
+        drawn = np.random.default_rng(1 + draw).standard_normal(self.recorded.shape)
         if not self.noise_in_loop:
             return drawn
-        noisy = self._columns(effects, self._in_loop(self.nominal.sensors.noise_seed))
+        seed = self.nominal.sensors.noise_seed + _NEXT_DRAW * draw
+        noisy = self._columns(effects, self._in_loop(seed))
         left: FloatArray = (noisy - self.simulate(effects)) / self.floor[:, None]
         # The rest of the noise is the recording's alone; a command has none.
         rest = math.sqrt(1.0 - self.loop_share**2)

@@ -270,11 +270,11 @@ class JoinedReplay(Replay):
             ]
         )
 
-    def healthy_with(self, effects: Effects) -> FloatArray:
+    def healthy_with(self, effects: Effects, draw: int = 0) -> FloatArray:
         """See `Replay`."""
         return self._joined(
             [
-                one.healthy_with(self.effects_in(number, effects))
+                one.healthy_with(self.effects_in(number, effects), draw)
                 for number, one in enumerate(self._parts)
             ]
         )
