@@ -2,7 +2,7 @@
 
     python benchmarks/investigate.py --cases 20 --seed 1
     python benchmarks/investigate.py --cases 20 --seed 1 --drive servo_1khz --realtime \
-        --rate 150 --bandwidth 0.5
+        --rate 100 --bandwidth 0.5
 
 Each case draws a machine: its constants off their sheet, and one fault of a size that the blind
 study draws. The node graph of that machine is launched, and the command is given the data sheet

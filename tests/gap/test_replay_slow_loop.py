@@ -23,12 +23,13 @@ def test_a_tick_of_10_ms_is_replayed_as_finely_as_the_drive_needs() -> None:
     """A loop of 100 Hz, whose ticks take 95 sub-steps: the silent drive's own recording is replayed
     to a third of what its sensors' noise would do to it, in each signal."""
     drive = exact("servo_1khz")
-    gains = {
-        name: dataclasses.replace(one, kp=0.5 * one.kp, ki=0.25 * one.ki)
-        for name in ("position", "speed", "current")
-        for one in (getattr(drive.controller, name),)
-    }
-    controller = dataclasses.replace(drive.controller, **gains)
+    position, speed, current = (
+        dataclasses.replace(one, kp=0.5 * one.kp, ki=0.25 * one.ki)
+        for one in (drive.controller.position, drive.controller.speed, drive.controller.current)
+    )
+    controller = dataclasses.replace(
+        drive.controller, position=position, speed=speed, current=current
+    )
     drive = with_rate(dataclasses.replace(drive, controller=controller), 100.0, "servo_1khz")
     motion = moves(drive.limits, SECONDS)
 

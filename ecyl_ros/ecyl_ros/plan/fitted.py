@@ -66,10 +66,8 @@ def separation(fitter: Fitter, acting: Hypothesis, other: Hypothesis, pulls: Flo
     pulls: where the constants of the machine lie on the sheet.
     """
     alone = sheet_alone(fitter, fitter.evaluate({}, pulls), _STEPS)
-    starts = [_begun(fitter, acting, pulls), _searched(fitter, acting, alone)]
-    right = _best(fitter, starts, alone)
-    starts = [_searched(fitter, other, alone), _begun(fitter, other, alone.pulls)]
-    return _above(fitter, right, _best(fitter, starts, alone), alone)
+    right = _closest(fitter, acting, pulls, alone)
+    return _above(fitter, right, _closest(fitter, other, alone.pulls, alone), alone)
 
 
 def _above(fitter: Fitter, right: Fit, wrong: Fit, alone: Fit) -> float:
@@ -83,12 +81,11 @@ def _begun(fitter: Fitter, one: Hypothesis, pulls: FloatArray) -> Fit:
     return fitter.evaluate({one.effect: one.values}, pulls)
 
 
-def _searched(fitter: Fitter, one: Hypothesis, alone: Fit) -> Fit:
-    return search(fitter, _begun(fitter, one, alone.pulls), alone)
-
-
-def _best(fitter: Fitter, starts: Sequence[Fit], alone: Fit) -> Fit:
-    return min((settle(fitter, one, alone) for one in starts), key=lambda one: one.fitted)
+def _closest(fitter: Fitter, one: Hypothesis, pulls: FloatArray, alone: Fit) -> Fit:
+    """The better of two fits: from its own size, constants at `pulls`, and from afar."""
+    begun, afar = _begun(fitter, one, pulls), _begun(fitter, one, alone.pulls)
+    starts = begun, search(fitter, afar, alone)
+    return min((settle(fitter, start, alone) for start in starts), key=lambda fit: fit.fitted)
 
 
 def _priced(fitter: Fitter, fit: Fit) -> float:

@@ -8,6 +8,7 @@ import math
 import threading
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,7 +30,7 @@ from .grid import Grid
 from .injected import injected
 from .pushed import run_pushed
 from .screen import screen
-from .sensor_noise import declared_noise, roughness, silent, with_steps
+from .sensor_noise import declared_noise, roughness, silent, with_noise, with_steps
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -304,6 +305,10 @@ class Replay:
             looped = not follows(self.recording.current_d_a, left, self.usable)
         return looped
 
+    @cached_property
+    def _most_substeps(self) -> int:
+        return max(_MOST_SUBSTEPS, _STIFFER * choose_substeps(self.nominal, _REPLAY_RATE_STEP))
+
     def packed(self, effects: Effects, drive: DriveParameters | None = None) -> NDArray[np.void]:
         """The packed record of the drive with `effects` added to those of the drive file.
 
@@ -312,9 +317,9 @@ class Replay:
         """
         base = drive or self.drive
         drive = dataclasses.replace(base, effects={**base.effects, **effects})
-        own = choose_substeps(self.nominal, _REPLAY_RATE_STEP)
-        most = max(_MOST_SUBSTEPS, _STIFFER * own)
-        record = pack(drive, rate_step=_REPLAY_RATE_STEP, most=most, believed=self.nominal)
+        record = pack(
+            drive, rate_step=_REPLAY_RATE_STEP, most=self._most_substeps, believed=self.nominal
+        )
         if self._holds_i_d:
             record["pole_pairs"] = 0.0
         return record
@@ -378,23 +383,12 @@ class Replay:
         if not self.noise_in_loop:
             return drawn
         seed = self.nominal.sensors.noise_seed + _NEXT_DRAW * draw
-        noisy = self._columns(effects, self._in_loop(seed))
+        noisy = self._columns(effects, with_noise(self.nominal, self.loop_share, seed))
         left: FloatArray = (noisy - self.simulate(effects)) / self.floor[:, None]
         # The rest of the noise is the recording's alone; a command has none.
         rest = math.sqrt(1.0 - self.loop_share**2)
         alone = np.array([0.0 if one.name == "voltage_q" else rest for one in self.signals])
         return left + alone[:, None] * drawn
-
-    def _in_loop(self, seed: int) -> DriveParameters:
-        """The nominal drive with as much of its sensors' noise as goes round the loop."""
-        sensors = self.nominal.sensors
-        noise = {
-            one.name: self.loop_share * getattr(sensors, one.name)
-            for one in dataclasses.fields(sensors)
-            if one.name.endswith("_noise")
-        }
-        quieter = dataclasses.replace(sensors, **noise, noise_seed=seed)
-        return dataclasses.replace(self.nominal, sensors=quieter)
 
     def healthy_signals(self) -> FloatArray:
         """What a sound nominal machine would have recorded, float64[signals, n], SI: one draw."""
@@ -418,7 +412,7 @@ class Replay:
         replay stays. How it creeps on average hardly depends on the draw of the noise; what this
         draw does to the drive without effects is subtracted again.
         """
-        drive = self._in_loop(_SHAKING_SEED)
+        drive = with_noise(self.nominal, self.loop_share, _SHAKING_SEED)
         self._shaking = drive, self._columns({}, drive) - self._columns({})
 
     def calm(self) -> None:

@@ -64,15 +64,21 @@ def with_steps(drive: DriveParameters, recording: Recording) -> DriveParameters:
     return dataclasses.replace(drive, sensors=sensors)
 
 
+def with_noise(drive: DriveParameters, share: float, seed: int) -> DriveParameters:
+    """The drive with a share of its sensors' noise, drawn from `seed`."""
+    noise = {
+        one.name: share * getattr(drive.sensors, one.name)
+        for one in dataclasses.fields(drive.sensors)
+        if one.name.endswith("_noise")
+    }
+    sensors = dataclasses.replace(drive.sensors, **noise, noise_seed=seed)
+    return dataclasses.replace(drive, sensors=sensors)
+
+
 def silent(drive: DriveParameters) -> DriveParameters:
     """The drive without noise and quantisation."""
+    quiet = with_noise(drive, 0.0, drive.sensors.noise_seed)
     sensors = dataclasses.replace(
-        drive.sensors,
-        rotor_position_noise=0.0,
-        rotor_velocity_noise=0.0,
-        current_noise=0.0,
-        rod_position_noise=0.0,
-        rotor_position_resolution=0.0,
-        rod_position_resolution=0.0,
+        quiet.sensors, rotor_position_resolution=0.0, rod_position_resolution=0.0
     )
-    return dataclasses.replace(drive, sensors=sensors)
+    return dataclasses.replace(quiet, sensors=sensors)
