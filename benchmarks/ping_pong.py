@@ -1,12 +1,13 @@
 """What rclpy can do with a message to another process and back: a bare Float64 ping-pong.
 
 Two nodes that know nothing but each other, each spun by rclpy's SingleThreadedExecutor: what a
-user's own two nodes would do. Runs on whichever rclpy there is. `python ping_pong.py SECONDS`
-prints round trips a second and their quantiles as JSON.
+user's own two nodes would do. Runs on whichever rclpy there is. Prints round trips a second and
+their quantiles as JSON.
 """
 
 from __future__ import annotations
 
+import argparse
 import json
 import subprocess
 import sys
@@ -90,11 +91,10 @@ def ping(seconds: float) -> dict[str, float]:
 
 def measured(seconds: float) -> dict[str, float]:
     """The same, in two new processes."""
-    other = subprocess.Popen([sys.executable, __file__, "echo"])
+    command = [sys.executable, __file__, str(seconds), "--end"]
+    other = subprocess.Popen([*command, "echo"])
     try:
-        done = subprocess.run(
-            [sys.executable, __file__, str(seconds)], check=True, capture_output=True, text=True
-        )
+        done = subprocess.run([*command, "ping"], check=True, capture_output=True, text=True)
         return dict(json.loads(done.stdout))
     finally:
         other.kill()
@@ -102,11 +102,15 @@ def measured(seconds: float) -> dict[str, float]:
 
 
 def main() -> None:
-    """One end of it."""
-    if sys.argv[1] == "echo":
+    """Both ends in two processes, or one end in this."""
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("seconds", type=float, nargs="?", default=10.0, help="to measure for (10)")
+    parser.add_argument("--end", choices=("ping", "echo"), help="only this, in this process")
+    options = parser.parse_args()
+    if options.end == "echo":
         echo()
     else:
-        print(json.dumps(ping(float(sys.argv[1]))))
+        print(json.dumps((ping if options.end else measured)(options.seconds)))
 
 
 if __name__ == "__main__":

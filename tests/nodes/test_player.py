@@ -17,7 +17,7 @@ import pytest
 from ecyl_ros.drive.drive_file import load_drive, resolve_drive
 from ecyl_ros.errors import InputError
 from ecyl_ros.investigate.bounds import bounds_for
-from ecyl_ros.investigate.played import Played
+from ecyl_ros.investigate.played import Played, missed
 from ecyl_ros.investigate.survey import survey
 from ecyl_ros.nodes import player
 from ecyl_ros.nodes.play import emulated, play
@@ -84,6 +84,7 @@ def test_a_motion_is_played_as_it_is_and_recorded(tmp_path: Path) -> None:
     shown = read_recording(tmp_path / "m.mcap")
     errors = np.abs(shown.reference_position_m - shown.rod_position_m)
     assert result.error_m == pytest.approx(errors.max(), rel=1e-3)
+    assert result.missed_ticks is None  # in lockstep there are none
 
 
 def test_a_jam_on_the_way_brings_the_drive_to_rest(tmp_path: Path) -> None:
@@ -144,6 +145,38 @@ def test_an_error_that_a_node_of_the_drive_reports_ends_it(tmp_path: Path) -> No
         alarm.wait(10)
     assert result.ended == "plant: too hot", result
     assert result.at_rest and abs(_kept(result)[1, -1]) < 1e-6
+
+
+_COUNTING = """
+import sys, time
+from pathlib import Path
+import rclpy
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+rclpy.init()
+node = rclpy.create_node("counting", namespace="counting")
+publisher = node.create_publisher(DiagnosticArray, "/diagnostics", 10)
+out = Path(sys.argv[1])
+while rclpy.ok():
+    moving = out.exists() and out.stat().st_size > 100_000
+    values = [KeyValue(key="missed_ticks", value="8" if moving else "3")]
+    status = DiagnosticStatus(name="counting/ecyl/plant timing", values=values)
+    publisher.publish(DiagnosticArray(status=[status]))
+    time.sleep(0.02)
+"""
+
+
+def test_ticks_that_the_drive_missed_on_the_way_are_counted(tmp_path: Path) -> None:
+    """Of a drive that had missed 3 ticks before and 8 in the end, 5; of one that does not say,
+    none are known."""
+    out = tmp_path / "m.mcap"
+    counting = subprocess.Popen([sys.executable, "-c", _COUNTING, str(out)])
+    try:
+        result = _played(_drive(tmp_path), _task(out), "counting")
+    finally:
+        counting.terminate()
+        counting.wait(10)
+    assert result.missed_ticks == 5 and result.ended is None, result
+    assert "missed 5 of its control ticks" in missed(result)
 
 
 def test_a_motion_that_the_drive_refuses_is_not_begun(tmp_path: Path) -> None:

@@ -19,7 +19,7 @@ from ..plan.make import BUDGET_S, Plan, make_plan
 from ..recording.atomic import write_text
 from .bounds import Bounds, bounds_for
 from .page import write_page
-from .played import Played
+from .played import Played, missed
 from .question import HEALTHY, Question, question
 from .story import DECIDED, ENDED, OPEN, Step, Story
 from .survey import survey
@@ -185,6 +185,8 @@ class Investigation:
             f"{q.amount(played.error_m, 'm')} (bound {q.amount(bounds.error_m, 'm')}), current up "
             f"to {q.amount(played.current_a, 'A')} (bound {q.amount(bounds.current_a, 'A')})"
         )
+        if played.missed_ticks:
+            self._tell(f"  {missed(played)}")
         why = asked.why if asked else FIRST
         return Step(number, why, motion.duration_s, file, played, bounds, plan)
 

@@ -17,6 +17,7 @@ from ..gap.report.svg import Axis, Chart
 from ..recording.atomic import write_text
 from ..recording.reader import read_recording
 from ..recording.signals import Recording
+from .played import missed
 from .story import DECIDED, ENDED, Step, Story
 
 _HEADS = {DECIDED: "Decided", ENDED: "Ended early"}
@@ -66,6 +67,8 @@ def _step(step: Step) -> str:
         ("tracking error", _within(step.played.error_m, step.bounds.error_m, "m")),
         ("current", _within(step.played.current_a, step.bounds.current_a, "A")),
     ]
+    if step.played.missed_ticks:
+        facts.append(("missed", typeset(missed(step.played))))
     if step.played.ended is not None:
         facts.append(("ended by", f"<b>{typeset(step.played.ended)}</b>"))
     if step.diagnosis is not None:

@@ -30,6 +30,8 @@ class Played:
         error_m, current_a: largest tracking error and current.
         ended: why the drive was brought to rest; None when the motion was played to its end.
         at_rest: whether the reference was seen to come to rest.
+        missed_ticks: control ticks that the drive says it missed from when it was first heard to
+            the end of the motion; None where it does not say, as in lockstep.
     """
 
     recording: Path | None
@@ -38,3 +40,12 @@ class Played:
     current_a: float
     ended: str | None
     at_rest: bool
+    missed_ticks: int | None = None
+
+
+def missed(played: Played) -> str:
+    """What missed ticks mean, in a sentence."""
+    return (
+        f"the drive missed {played.missed_ticks} of its control ticks: what it did then is not "
+        "the machine's, and may show as a gap that no effect explains"
+    )

@@ -58,6 +58,7 @@ class Step:
             "current_a": {"largest": self.played.current_a, "bound": self.bounds.current_a},
             "ended": self.played.ended,
             "at_rest": self.played.at_rest,
+            "missed_ticks": self.played.missed_ticks,
             "separations": self._separations(),
             "verdict": None if found is None else found.verdict,
             "causes": [] if found is None else [one.effect for one in found.causes],

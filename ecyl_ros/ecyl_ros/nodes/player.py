@@ -30,6 +30,7 @@ from ..investigate.played import Played, Seen
 from . import wire
 from .hearing import NEEDED, Hearing, telemetry_name
 
+TOLD_MISSED = "missed_ticks"  # key in the status of a drive that keeps the wall clock
 TOPIC_OF = {"trajectory": wire.TRAJECTORY, "setpoint": wire.SETPOINT}  # in the order of preference
 
 TICK_S = 0.05  # wall: how often silence is looked for
@@ -96,7 +97,10 @@ class Player:
         self._begun: float | None = None  # drive's time at which the reference began to move
         self._streamed = self._streamed_wall = 0.0  # when the last setpoint was sent, both times
         self._refused: int | None = None  # by the drive so far; None: it has not said
+        self._missed: list[int] = []  # control ticks, by the drive's statuses so far
         self._samples, self._error_m, self._current_a = 0, 0.0, 0.0
+        self._recording: Path | None = None  # once it is closed
+        self._statuses, self._waits_from = 0, 0.0
         self._ended = ""
         self._stopping = self._speed_then = 0.0
         self._given_place = False
@@ -138,6 +142,8 @@ class Player:
             if not status.name.startswith(prefix):
                 continue
             values = {one.key: one.value for one in status.values}
+            if TOLD_MISSED in values:
+                self._missed.append(int(values[TOLD_MISSED]))
             if "setpoints_refused" in values:
                 refused = int(values["setpoints_refused"])
                 refused += int(values.get("trajectories_refused", 0))
@@ -320,6 +326,14 @@ class Player:
             self._phase, self._since = self._finish, sample.time_s
         assert self._since is not None
         if sample.time_s - self._since > TAIL_S:
+            self._recording = self._hearing.finish()
+            self._statuses, self._waits_from = len(self._missed), time.monotonic()
+            self._phase = self._hear_missed
+
+    def _hear_missed(self, _: Sample) -> None:
+        """The motion is recorded; a drive that counts missed ticks tells them once a second."""
+        told = not self._missed or len(self._missed) > self._statuses
+        if told or time.monotonic() - self._waits_from > STATUS_S:
             self._conclude(at_rest=True)
 
     # Ends.
@@ -366,15 +380,16 @@ class Player:
                 self._publishers["trajectory"].publish(_message(self._task.joint, points))
 
     def _conclude(self, *, at_rest: bool) -> None:
-        recording = self._hearing.finish()
+        missed = self._missed[-1] - self._missed[0] if self._missed else None
         self.done.set_result(
             Played(
-                recording,
+                self._hearing.finish() or self._recording,
                 self._samples,
                 self._error_m,
                 self._current_a,
                 self._ended or None,
                 at_rest,
+                missed,
             )
         )
 
