@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
 import pytest
 from sheets import exact
 
 from ecyl_ros.effects.catalogue import CATALOGUE
 from ecyl_ros.gap.fit.descent import polish, search
 from ecyl_ros.gap.fit.fit import Fitter
-from ecyl_ros.gap.judge.constancy import Inconstancy, inconstancies
+from ecyl_ros.gap.judge.constancy import Inconstancy, by_chance, inconstancies
 from ecyl_ros.gap.replay.replay import Replay
 from ecyl_ros.gap.split import held_out
 from ecyl_ros.gap.study.cylinder.cases import Case, record_case
@@ -70,3 +74,25 @@ def test_every_effect_can_be_tried_in_other_sizes() -> None:
             one.name: 0.5 * (max(one.low, -1.0) + min(one.high, 1.0)) for one in effect.parameters
         }
         assert effect.scaled(values, 1.0, DRIVE) == pytest.approx(values, rel=1e-12)
+
+
+def _amplifying(levels: list[float], amplified: bool) -> Any:
+    """A fitter whose perfect model leaves another constant, in floors, in each draw of noise."""
+
+    def healthy_with(effects: Any, draw: int) -> Any:
+        return np.full((2, 100), levels[draw])
+
+    usable = np.ones(100, dtype=bool)
+    replay = SimpleNamespace(noise_in_loop=True, healthy_with=healthy_with, usable=usable)
+    return SimpleNamespace(replay=replay, amplified=amplified)
+
+
+def test_what_a_loop_makes_of_noise_is_no_surplus() -> None:
+    """Two standard deviations of what six draws of noise in the loop leave are chance; draws that
+    leave alike, or a loop that does not amplify, leave nothing to chance."""
+    levels = [0.1, 0.2, 0.3, 0.1, 0.2, 0.3]  # so small that the robust square is the square
+    fit: Any = SimpleNamespace(values={})
+    spread = 2.0 * np.std([one**2 for one in levels], ddof=1)
+    assert by_chance(fit, _amplifying(levels, True)) == pytest.approx(spread, rel=0.01)
+    assert by_chance(fit, _amplifying([0.2] * 6, True)) == pytest.approx(0.0, abs=1e-12)
+    assert by_chance(fit, _amplifying(levels, False)) == 0.0

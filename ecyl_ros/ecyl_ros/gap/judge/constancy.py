@@ -79,7 +79,7 @@ def inconstancies(fit: Fit, fitter: Fitter) -> list[Inconstancy]:
     surplus = float(robust_squares(fit.gap[:, usable]).mean()) - fitter.sound_with(fit) ** 2
     if surplus <= 0.0:
         return []
-    surplus = max(surplus, _by_chance(fit, fitter))
+    surplus = max(surplus, by_chance(fit, fitter))
     parts = list(conditions(replay))
 
     def resized(name: str, size: float) -> Fit:
@@ -103,9 +103,12 @@ def inconstancies(fit: Fit, fitter: Fitter) -> list[Inconstancy]:
     return sorted(found, key=lambda one: -one.gain)
 
 
-def _by_chance(fit: Fit, fitter: Fitter) -> float:
-    """What may be left over a perfect model by chance: noise that a loop amplifies drifts as slowly
-    as the loop follows, and is more in one draw than in the next."""
+def by_chance(fit: Fit, fitter: Fitter) -> float:
+    """What may be left over a perfect model by chance, in robust mean squares of noise floors.
+
+    Noise that a loop amplifies drifts as slowly as the loop follows, and is more in one draw than
+    in the next.
+    """
     replay = fitter.replay
     if not (replay.noise_in_loop and fitter.amplified):
         return 0.0
