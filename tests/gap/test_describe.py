@@ -254,17 +254,19 @@ def test_a_formula_has_no_wave_that_the_table_cannot_tell() -> None:
 
 
 def test_a_law_that_helps_in_few_stretches_is_by_chance() -> None:
-    """A paired t-test over 24 stretches: half as much left in each is sure, in one is not; the
-    number of sets that were looked at counts; perfect data end in no warning."""
+    """Over 24 stretches: half as much left in each is sure, as 24 heads in a row are, in one it is
+    not; a stretch beyond all others, where the law is unknown, denies nothing; the number of sets
+    that were looked at counts; perfect data end in no warning."""
     rng = np.random.default_rng(2)
     before = rng.uniform(1.0, 3.0, 24)
     everywhere = 0.5 * before * rng.uniform(0.8, 1.2, 24)
     once = np.where(np.arange(24) == 5, 0.01, 1.0) * before * rng.uniform(0.9, 1.1, 24)
-    assert probability(before, everywhere, 1) < 1e-9
+    assert probability(before, everywhere, 1) == pytest.approx(0.5**24)
     assert probability(before, once, 1) > LEVEL
-    assert probability(before, everywhere, 4) == pytest.approx(
-        4.0 * probability(before, everywhere, 1)
-    )
+    beyond = np.where(np.arange(24) == 11, 100.0 * before, everywhere)
+    assert probability(before, beyond, 1) < 1e-4
+    assert probability(before, everywhere, 4) == pytest.approx(4.0 * 0.5**24)
     worse = before * rng.uniform(0.9, 1.4, 24)
     assert probability(before, worse, 1) > 0.9
+    assert probability(before, before, 1) == 1.0
     assert 0.0 <= probability(before, np.where(np.arange(24) < 12, 0.0, everywhere), 1) < LEVEL
