@@ -245,6 +245,17 @@ def test_signals_of_one_axis_are_proposed_together(
     assert not any(one.startswith("hip") or one.endswith("meas2") for one in fields)
 
 
+def test_the_joint_that_moves_most_is_told_by_its_travel(tmp_path: Path) -> None:
+    """A shoulder that holds 90 N m swinging moves less than a wrist that turns under 3 N m."""
+    rows = [
+        f"{0.01 * i:.2f},{0.3 * np.sin(0.1 * i):.5f},{1.2 * np.sin(0.1 * i):.5f},"
+        f"{90.0 * np.cos(0.1 * i):.4f},{3.0 * np.cos(0.1 * i):.4f}"
+        for i in range(300)
+    ]
+    (tmp_path / "a.csv").write_text("\n".join(["t,q0,q1,tau0,tau1", *rows]) + "\n")
+    assert "joint 1 moves most of 0, 1" in "\n".join(propose(survey(tmp_path / "a.csv")).remarks)
+
+
 def test_readings_of_one_quantity_are_no_joints() -> None:
     """Numbers are joints' where two quantities bear them; two encoders alone are one drive's."""
     for header, places in (

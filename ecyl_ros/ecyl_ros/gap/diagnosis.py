@@ -148,6 +148,12 @@ class SheetValue:
         """How far it is off its nominal value, in tolerances: 1 at the edge of the sheet."""
         return (self.value - self.nominal) / self.tolerance
 
+    @property
+    def told(self) -> bool:
+        """Whether its value tells something: of the machine, or that the model went beyond the
+        sheet for it."""
+        return self.seen or (self.stated and abs(self.pull) > 1.0)
+
 
 @dataclass(frozen=True)
 class Candidate:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from .axis import Axis, axis_of, open_to_doubt
@@ -169,22 +170,36 @@ def _unread(
 def _one_joint(candidates: list[Candidate]) -> tuple[list[Candidate], list[str]]:
     """Of several joints the one that moves most, of those with an effort if any has one: a drive
     is diagnosed by itself."""
-    moved: dict[str, float] = {}
+    spread: dict[str, dict[str, float]] = {}  # of each quantity, at each place
     driven: set[str] = set()
     for one in candidates:
         if one.place and one.words & QUANTITY.keys():
-            moved[one.place] = moved.get(one.place, 0.0) + one.field.std
-            if quantity_of(one) in ("effort", "current_q"):
+            quantity = quantity_of(one) or ""
+            at = spread.setdefault(quantity, {})
+            at[one.place] = max(at.get(one.place, 0.0), one.field.std)
+            if quantity in ("effort", "current_q"):
                 driven.add(one.place)
+    places = {place for at in spread.values() for place in at}
     # A rotor and a rod are two joints of one drive.
-    if len(moved) < 2 or any(words_of(place) & (ROTOR | ROD) for place in moved):
+    if len(places) < 2 or any(words_of(place) & (ROTOR | ROD) for place in places):
         return candidates, []
+    moved = dict.fromkeys(places, 0.0) | _travelled(spread, places)
     best = max(moved, key=lambda place: (place in driven, moved[place]))
     others = f"{', '.join(sorted(moved)[:12])}: the others are left out"
     remark = f"joint {best} moves most of {others}"
     if moved[best] < max(moved.values()):
         remark = f"joint {best} moves most of those with an effort, of {others}"
     return [one for one in candidates if one.place in ("", best)], [remark]
+
+
+def _travelled(spread: Mapping[str, dict[str, float]], places: set[str]) -> dict[str, float]:
+    """How much each joint moves, in one quantity that all have, or that most have.
+
+    spread: standard deviations by quantity and joint. Newton metres are no travel.
+    """
+    told = [spread[name] for name in ("position", "velocity") if name in spread]
+    whole = next((at for at in told if at.keys() == places), None)
+    return whole or max([*told, *spread.values()], key=len)
 
 
 def _without_raw(candidates: list[Candidate]) -> tuple[list[Candidate], list[str]]:

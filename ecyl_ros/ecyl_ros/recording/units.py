@@ -25,7 +25,14 @@ UNITS: dict[str, dict[str, float]] = {
         "rev/s": math.tau,
         "rpm": math.tau / 60.0,
     },
-    "force": {"N": 1.0, "mN": 1e-3, "kN": 1e3, "kgf": 9.80665, "lbf": 4.4482216152605},
+    "force": {
+        "N": 1.0,
+        "mN": 1e-3,
+        "kN": 1e3,
+        "kgf": 9.80665,
+        "lbf": 4.4482216152605,
+        "kip": 4448.2216152605,
+    },
     "torque": {
         "N m": 1.0,
         "mN m": 1e-3,

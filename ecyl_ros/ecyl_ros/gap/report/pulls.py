@@ -10,7 +10,7 @@ _SPAN = 2.0  # tolerances shown either way
 
 def bar(one: SheetValue) -> str:
     """Inline SVG: grey where the sheet is, a line for the interval, a dot for the value."""
-    if not (one.seen and one.stated):
+    if not (one.told and one.stated):
         return ""
     half = (one.high - one.low) / (2.0 * one.tolerance)
 

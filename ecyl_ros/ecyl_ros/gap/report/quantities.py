@@ -154,7 +154,7 @@ def sheet_value(one: SheetValue) -> tuple[str, str, str, str]:
     stated = max(0, 1 - math.floor(math.log10(half))) if half > 0.0 else places
     nominal = joined(f"{one.nominal * factor:.{stated}f} +- {half:.{stated}f}", unit)
     nominal = nominal if one.stated else "left out"
-    if not one.seen:
+    if not one.told:
         return nominal, "not determined here", "-", "-"
     pull = f"{round(one.pull, 2) + 0.0:+.2f}" if one.stated else "-"  # no "-0.00"
     return nominal, joined(value, unit), f"{low} to {high}", pull

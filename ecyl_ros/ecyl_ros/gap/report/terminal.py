@@ -113,13 +113,14 @@ def _measured(diagnosis: Diagnosis) -> str:
 
 
 def _sheet(diagnosis: Diagnosis) -> str:
-    """The constants that the recording tells more of than the data sheet, furthest off first."""
-    seen = sorted((one for one in diagnosis.sheet if one.seen), key=lambda one: -abs(one.pull))
-    if not seen:
+    """The constants that the recording tells more of than the data sheet, or that the model needed
+    beyond their tolerance; furthest off first."""
+    told = sorted((one for one in diagnosis.sheet if one.told), key=lambda one: -abs(one.pull))
+    if not told:
         return ""
     rows = [["the sheet", "nominal", "found", "95 % interval", "pull"]]
-    rows += [[words.constant(one.parameter), *q.sheet_value(one)] for one in seen]
-    unseen = [words.constant(one.parameter) for one in diagnosis.sheet if not one.seen]
+    rows += [[words.constant(one.parameter), *q.sheet_value(one)] for one in told]
+    unseen = [words.constant(one.parameter) for one in diagnosis.sheet if not one.told]
     table = _table(rows, (1, 2, 4))
     return f"{table}\nnot determined here: {', '.join(unseen)}" if unseen else table
 

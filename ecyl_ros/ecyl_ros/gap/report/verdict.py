@@ -291,16 +291,24 @@ def _unexplained(diagnosis: Diagnosis) -> str:
     text += _of_effort(diagnosis)
     if diagnosis.block is not None:
         text += f" Effects in {words.block(diagnosis.block)} come closest."
+    alone = min(
+        (one.judged for one in diagnosis.candidates if not one.effects),
+        default=diagnosis.misfit_before,
+    )
+    whole = diagnosis.misfit_before - diagnosis.misfit_perfect
+    if diagnosis.misfit_before - alone >= _BY_SHEET * whole > 0.0:
+        text += (
+            " Other values of the data sheet's constants alone lower the misfit from "
+            f"{q.number(diagnosis.misfit_before)} to {q.number(alone)} noise floors."
+        )
     best = next((one for one in diagnosis.candidates if one.effects), None)
     if best is not None:
         closest = listed([words.with_article(one) for one in best.effects])
-        gone, perfect = diagnosis.misfit_before - best.judged, diagnosis.misfit_perfect
-        near = best.judged <= STRUCTURELESS * perfect
-        near = near or gone >= EXPLAINED_SHRINK * (diagnosis.misfit_before - perfect)
+        near = best.judged <= STRUCTURELESS * diagnosis.misfit_perfect
+        near = near or alone - best.judged >= EXPLAINED_SHRINK * (alone - diagnosis.misfit_perfect)
         why = "but not surely enough to be named" if near else "too much to be named"
         text += (
-            f" The closest candidate is {closest}: "
-            f"it leaves a misfit of {q.number(best.judged)} noise floors "
-            f"({q.number(diagnosis.misfit_before)} without it), {why}."
+            f" The closest candidate is {closest}: it leaves a misfit of {q.number(best.judged)} "
+            f"noise floors ({q.number(alone)} without it), {why}."
         )
     return text

@@ -17,7 +17,7 @@ from .balance import Balance
 from .compete import compete, concluded
 from .contest import Contest
 from .floor import repeatability, white_part
-from .held import off_sheet, said_of, unbelieved
+from .held import gains_off, off_sheet, said_of, unbelieved
 from .judge import Judgement
 from .lag import MOVED, in_bounds, lag_left, sampling_lag
 from .lower import rigid_band
@@ -110,7 +110,11 @@ def judged(
     while more := unbelieved(judgement) - held:
         off += off_sheet(judgement, more)
         held |= more
+        gains = gains_off(judgement)
         judgement = competed(held)
+        if instead := gains_off(judgement) - gains:
+            held |= instead
+            judgement = competed(held)
     judgement.notes += said
     if off:
         judgement.notes.append(said_of(judgement, off))

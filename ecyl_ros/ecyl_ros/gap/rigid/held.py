@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from ...effects.catalogue import RIGID
 from ..diagnosis import SheetValue
-from .judge import Judgement
+from .judge import Judgement, scales
 from .sheet import sheet_values
 from .void import SILENT
 
@@ -34,6 +34,17 @@ def unbelieved(judgement: Judgement) -> set[str]:
             told = sheet_values([term], judgement.values.spans, machine, judgement.units)
             found.update(term.effect for one in told if one.low <= 0.0)
     return found
+
+
+def gains_off(judgement: Judgement) -> set[str]:
+    """Effects that stand for a gain of the effort which is off its sheet, as a cause or beside it.
+
+    Times a larger gain the stated inertia is the smaller one: a gain that leaves its sheet only
+    once an inertia is held makes up for that one, and is to be held as well.
+    """
+    off = {*judgement.null.strained(judgement.contest.winner)}
+    off |= {one.effect for one in judgement.contest.order}
+    return {one for one in off if scales(one)}
 
 
 def off_sheet(judgement: Judgement, effects: set[str]) -> list[str]:

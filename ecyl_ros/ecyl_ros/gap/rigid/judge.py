@@ -365,7 +365,7 @@ class Judgement:
         self.contest = dataclasses.replace(
             contest, winner=path[-1] if path else contest.base, order=tuple(kept), path=tuple(path)
         )
-        scales = {one.effect for one in out if RIGID[one.effect].ratio is not None}
+        scales = {one.effect for one in out if scales(one.effect)}
         if scales:
             self._count_by_the_file([one for one in contest.order if one.effect not in scales])
         return self._causes(before, surplus)
@@ -380,3 +380,8 @@ class Judgement:
 
     def _valued(self, fit: Solution) -> Values:
         return Values(self.balance, self.catalogue.along, self.floor, fit)
+
+
+def scales(effect: str) -> bool:
+    """Whether it stands for a gain of the effort, which all values are counted by."""
+    return RIGID[effect].ratio is not None
