@@ -365,9 +365,9 @@ class Judgement:
         self.contest = dataclasses.replace(
             contest, winner=path[-1] if path else contest.base, order=tuple(kept), path=tuple(path)
         )
-        scales = {one.effect for one in out if scales(one.effect)}
-        if scales:
-            self._count_by_the_file([one for one in contest.order if one.effect not in scales])
+        gains = {one.effect for one in out if scales(one.effect)}
+        if gains:
+            self._count_by_the_file([one for one in contest.order if one.effect not in gains])
         return self._causes(before, surplus)
 
     def _count_by_the_file(self, terms: Sequence[Term]) -> None:
