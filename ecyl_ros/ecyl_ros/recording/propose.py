@@ -183,7 +183,7 @@ def _one_joint(candidates: list[Candidate]) -> tuple[list[Candidate], list[str]]
     # A rotor and a rod are two joints of one drive.
     if len(places) < 2 or any(words_of(place) & (ROTOR | ROD) for place in places):
         return candidates, []
-    moved = dict.fromkeys(places, 0.0) | _travelled(spread, places)
+    moved = dict.fromkeys(places, 0.0) | _travelled(spread)
     best = max(moved, key=lambda place: (place in driven, moved[place]))
     others = f"{', '.join(sorted(moved)[:12])}: the others are left out"
     remark = f"joint {best} moves most of {others}"
@@ -192,14 +192,14 @@ def _one_joint(candidates: list[Candidate]) -> tuple[list[Candidate], list[str]]
     return [one for one in candidates if one.place in ("", best)], [remark]
 
 
-def _travelled(spread: Mapping[str, dict[str, float]], places: set[str]) -> dict[str, float]:
-    """How much each joint moves, in one quantity that all have, or that most have.
+def _travelled(spread: Mapping[str, dict[str, float]]) -> dict[str, float]:
+    """How much each joint moves, in the one quantity that most have; a position before a speed, and
+    these before what is no travel.
 
-    spread: standard deviations by quantity and joint. Newton metres are no travel.
+    spread: standard deviations by quantity and joint.
     """
-    told = [spread[name] for name in ("position", "velocity") if name in spread]
-    whole = next((at for at in told if at.keys() == places), None)
-    return whole or max([*told, *spread.values()], key=len)
+    travel = [spread[name] for name in ("position", "velocity") if name in spread]
+    return max([*travel, *spread.values()], key=len)
 
 
 def _without_raw(candidates: list[Candidate]) -> tuple[list[Candidate], list[str]]:

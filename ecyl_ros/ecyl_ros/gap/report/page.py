@@ -216,7 +216,7 @@ def _sheet(diagnosis: Diagnosis) -> str:
                 f'{typeset(label[:1].upper() + label[1:])} <span class="quiet">'
                 f"{escape(one.parameter)}</span>",
                 *(typeset(cell).replace("+-", "±") for cell in cells),
-                f"<b>{typeset(pull)}</b>" if abs(one.pull) > 1.0 else typeset(pull),
+                f"<b>{typeset(pull)}</b>" if one.told and abs(one.pull) > 1.0 else typeset(pull),
                 pulls.bar(one),
             ]
         )
