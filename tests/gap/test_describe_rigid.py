@@ -104,6 +104,22 @@ def test_what_a_law_closes_is_told_of_the_rows_that_the_gap_is_told_of() -> None
         assert told == pytest.approx(float(np.sqrt(np.mean(left**2))), rel=0.02)
 
 
+def test_a_law_that_is_only_part_of_what_is_missing_is_a_note() -> None:
+    """A bump beside an effort that bends with the acceleration, which no law depends on: no law
+    is described, but the note names position and how much it removes, as the bump's power says."""
+    m = MOTION
+    bent = np.tanh(3.0 * m.a / np.std(m.a))
+    bent -= m.a * (bent @ m.a) / (m.a @ m.a)  # what no inertia accounts for
+    bent *= 0.5 / np.std(bent)
+    diagnosis = found(lambda m: bump(m.q) + bent)
+    assert diagnosis.verdict == "unexplained" and diagnosis.law is None
+    (note,) = (one for one in diagnosis.notes if one.startswith("closest law"))
+    assert "a force on the load that depends on position removes" in note
+    told = float(note.split(" removes ")[1].split(" %")[0]) / 100.0
+    whole, part = np.hypot(np.std(bump(m.q)), 0.5), 0.5
+    assert told == pytest.approx(1.0 - part / whole, abs=0.08)
+
+
 def test_a_spring_that_hardens_is_told_by_its_formula() -> None:
     """A force with the cube of the position comes out as that, its factor within 2 %."""
     law = law_of(found(lambda m: 8e4 * m.q**3))

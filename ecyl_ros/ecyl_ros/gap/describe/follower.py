@@ -76,9 +76,9 @@ def with_follower_description(diagnosis: Diagnosis, followed: Followed) -> Diagn
     if choice is None or not choice.best.of:
         return diagnosis
     holds = held(looked, choice, missing, judged, followed.floor)
-    if holds is None:
+    if holds is None or not holds.whole:
         return diagnosis
-    law, loop, _ = holds
+    law, loop = holds.law, holds.sheet
     played = counted_in(choice.best.law(_PORT), end, followed.linear)
     values = missing.values - loop
     found = described(

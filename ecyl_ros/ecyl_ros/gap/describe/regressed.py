@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ...drive.law import Law
 from ..diagnosis import BoolArray, FloatArray
-from ..judge.verdict import EXPLAINED_SHRINK, STRUCTURELESS
+from ..judge.verdict import EXPLAINED_SHRINK, STRUCTURELESS, shrink_of
 from .chance import LEVEL, probability
 from .choose import Balance, Choice
 from .description import Course, Description
@@ -22,32 +22,36 @@ LEAST_STRETCHES = 12  # that are fitted: fewer tell too little of what a law dep
 
 class Held(NamedTuple):
     """A law that holds: what it and the sheet give along the motion, float64[n], positive where it
-    drives; the RMS that they leave on held-out samples."""
+    drives; the RMS that they leave on held-out samples, the share that is gone of what is above
+    the floor there, and whether that accounts for all that is missing."""
 
     law: FloatArray
     sheet: FloatArray
     left: float
+    share: float
+    whole: bool
 
 
 def held(
     looked: Balance, choice: Choice, missing: Missing, judged: BoolArray, floor: float
 ) -> Held | None:
-    """The best law, where it accounts for what is missing, and not by chance; None elsewhere.
+    """The best law, where it predicts what is missing, and not by chance; None elsewhere.
 
     judged: bool[n], held-out samples, one at least.
     """
     best = choice.best
     if not choice.explains or not _larger_than_its_band(looked, choice):
         return None
+    if _by_chance(choice) > LEVEL:
+        return None
     law = best.found.values @ looked.passed(best)
     sheet = best.found.pulls @ missing.columns
     alone = missing.values - choice.alone.pulls @ missing.columns
     beside = missing.values - law - sheet
     before, left = (float(np.sqrt(np.mean(one[judged] ** 2))) for one in (alone, beside))
-    surplus = max(before - floor, 1e-12)
+    share = shrink_of(before, left, max(before - floor, 1e-12))
     # Nothing says what else may act beside a law: it has to account for all, as causes do.
-    whole = left <= STRUCTURELESS * floor or before - left >= EXPLAINED_SHRINK * surplus
-    return Held(law, sheet, left) if whole and _by_chance(choice) <= LEVEL else None
+    return Held(law, sheet, left, share, left <= STRUCTURELESS * floor or share >= EXPLAINED_SHRINK)
 
 
 def _larger_than_its_band(looked: Balance, choice: Choice) -> bool:

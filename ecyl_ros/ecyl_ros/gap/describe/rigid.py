@@ -29,12 +29,12 @@ from ..rigid.sets import Sets
 from ..rigid.solution import Solution
 from ..sheet import PULL_PRICE
 from . import words
-from .choose import Balance, Choice, choose
+from .choose import Balance, Choice, Guess, choose
 from .description import Course, Description, Resembled
 from .measured_motion import MeasuredMotion
 from .missing import TORQUE, Missing
 from .nearest import curve
-from .regressed import FREE, LEAST_STRETCHES, described, held
+from .regressed import FREE, LEAST_STRETCHES, Held, described, held
 
 _LAG = 4.0  # times half a sample
 
@@ -120,7 +120,11 @@ def _described(
     named = min((one.rms(judged) for one in (contest.winner, *contest.rivals)), default=np.inf)
     if holds is None or named <= holds.left or _strained(choice, judgement):
         return None
-    law, sheet, _ = holds
+    if not holds.whole:
+        return dataclasses.replace(
+            diagnosis, notes=(_short_of(judgement, choice, holds), *diagnosis.notes)
+        )
+    law, sheet = holds.law, holds.sheet
     found = _description(judgement, motion, looked, choice, missing, law, sheet)
     left = balance.target + law + sheet
     near = _resembled(judgement, motion, found, missing.rows, left, without)
@@ -161,6 +165,23 @@ def _described(
     )
 
 
+def _short_of(judgement: Judgement, choice: Choice, holds: Held) -> str:
+    """What is said of a law that predicts a part of what is missing."""
+    law = _at_port(judgement, choice.best)
+    return (
+        f"closest law, not described: {words.place(law)} {words.depends(law)} removes "
+        f"{100.0 * holds.share:.0f} % of the {judgement.motion.effort_name} that the sheet cannot "
+        "account for, on held-out data; something else acts beside it"
+    )
+
+
+def _at_port(judgement: Judgement, best: Guess) -> Law:
+    """A law where it acts, in the unit of the effort."""
+    along = judgement.catalogue.along
+    port = f"{along.side}_{'friction' if best.kind == 'friction' else 'torque'}"
+    return counted_in(best.law(port), judgement.motion.effort_unit, along.machine.linear)
+
+
 def _replaced(measured: Sequence[Measured], others: Sequence[Measured]) -> tuple[Measured, ...]:
     """What was measured, with others in the place of those of their name."""
     names = {one.name for one in others}
@@ -189,9 +210,8 @@ def _description(
     law: FloatArray,
     sheet: FloatArray,
 ) -> Description:
-    best, along = choice.best, judgement.catalogue.along
-    port = f"{along.side}_{'friction' if best.kind == 'friction' else 'torque'}"
-    played = counted_in(best.law(port), judgement.motion.effort_unit, along.machine.linear)
+    best = choice.best
+    played = _at_port(judgement, best)
     against = -np.sign(motion.speed) if best.kind == "friction" else np.ones(len(motion.speed))
     rows = missing.rows
     values = missing.values - sheet

@@ -20,6 +20,7 @@ _MATTER = (
     ("measurement_delay", "actuation_delay", "cogging_torque"),
 )
 _MOST_PAIRS = 5
+_MANY = 10.0  # times a constant: from here on no percentage
 
 
 def chosen(diagnosis: Diagnosis) -> list[Limit]:
@@ -41,7 +42,10 @@ def size(one: Limit) -> str:
         return q.amount(one.smallest_seen, one.unit)
     if _caps(one):
         return f"below {q.amount(one.neutral - one.smallest_seen, one.unit)}"
-    return f"off by {q.number(100.0 * one.smallest_seen / abs(one.neutral), 2)} %"
+    share = one.smallest_seen / abs(one.neutral)
+    if share >= _MANY:
+        return f"off by {q.number(share, 2)} times its value"
+    return f"off by {q.number(100.0 * share, 2)} %"
 
 
 def _caps(one: Limit) -> bool:

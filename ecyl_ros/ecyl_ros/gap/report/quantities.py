@@ -32,6 +32,7 @@ _LADDERS: dict[str, tuple[tuple[float, str], ...]] = {
     "H": ((1.0, "H"), (1e3, "mH"), (1e6, "uH")),
 }
 _SMALLEST = 0.1  # a unit is taken if the number then is no smaller
+_LONGEST = 1e5  # a number is no longer than this for the sake of a shorter one beside it
 _MOST_DIGITS = 5  # of a value beside its interval, unless both ends then read the same
 
 # Endings of parameter names that only repeat the unit.
@@ -90,11 +91,13 @@ def amount(value: float, unit: str, digits: int = 3) -> str:
 def in_one_unit(values: Sequence[float], floor: float, unit: str, unknown: str = "-") -> list[str]:
     """A row of a table: numbers of one signal, its floor, and the unit that they all are in.
 
-    It is the unit that keeps the floor short, so that a gap is seen to be many floors. unknown: for
-    a value that is NaN.
+    It is the unit that keeps the floor short, so that a gap is seen to be many floors, unless that
+    makes the largest too long. unknown: for a value that is NaN.
     """
-    known = [abs(value) for value in values if math.isfinite(value)]
-    factor, name = engineering(floor if floor > 0.0 else max(known, default=0.0), unit)
+    largest = max((abs(value) for value in values if math.isfinite(value)), default=0.0)
+    factor, name = engineering(floor if floor > 0.0 else largest, unit)
+    if largest * factor >= _LONGEST:
+        factor, name = engineering(largest, unit)
     numbers = [unknown if math.isnan(value) else number(value * factor) for value in values]
     return [*numbers, number(floor * factor), "" if name == "1" else name]
 

@@ -22,6 +22,7 @@ def by_condition(balance: Balance, along: Along, base: Solution) -> tuple[Condit
     at = motion.rows
     speed, top = motion.velocity[at], along.top_speed
     near = near_reversal(speed, float(np.median(np.diff(balance.time_s))))
+    near &= along.both_ways  # noise of a speed at rest changes its sign, too
     hard = np.abs(motion.acceleration[at])
     level = np.abs(balance.effort)
     masks = {
