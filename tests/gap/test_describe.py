@@ -17,10 +17,11 @@ from ecyl_ros.gap.compete.compete import Competition
 from ecyl_ros.gap.describe.apply import described, with_description
 from ecyl_ros.gap.describe.axis import Axis, columns, roughness
 from ecyl_ros.gap.describe.chance import LEVEL, probability
-from ecyl_ros.gap.describe.choose import Choice, Guess, standing
+from ecyl_ros.gap.describe.choose import Choice, Guess, balances_of, choose, standing
 from ecyl_ros.gap.describe.describe import Described, describe
 from ecyl_ros.gap.describe.formula import formula
-from ecyl_ros.gap.describe.missing import TORQUE
+from ecyl_ros.gap.describe.missing import TORQUE, missing
+from ecyl_ros.gap.describe.motion import Motion
 from ecyl_ros.gap.describe.nearest import played_curve
 from ecyl_ros.gap.describe.regress import Regression, Rows, regress
 from ecyl_ros.gap.diagnosis import Diagnosis, Series
@@ -41,11 +42,11 @@ SHEET = 0.02
 
 
 @cache
-def _case(name: str | None) -> tuple[Case, Fitter]:
+def _case(name: str | None, seed: int = 1481) -> tuple[Case, Fitter]:
     """A stand-in off its sheet by 2 %, with a law that has no name, and the fits of its bag."""
     effects = {} if name is None else {name: {}}
     kind = "none" if name is None else "law"
-    case = Case(index=0, seed=1481, kind=kind, effects=effects, sheet=SHEET)
+    case = Case(index=0, seed=seed, kind=kind, effects=effects, sheet=SHEET)
     case = complete_case(case, DRIVE)
     replay = Replay(record_case(case, DRIVE), stated(DRIVE, SHEET), "case")
     held = held_out_of(replay.time_s, replay.gap({}), replay.usable)
@@ -89,6 +90,34 @@ def test_a_place_is_not_mistaken_for_the_current_that_answers_it():
     share = covered(law, kind, case)
     assert share is not None
     assert share >= 0.8
+
+
+@pytest.mark.parametrize(
+    ("name", "seed"),
+    [("x_law_drag_of_rotor_angle", 305669494), ("x_law_current_reading_bends", 2032075933)],
+)
+def test_of_laws_that_come_near_in_the_loop_the_one_that_predicts_best_stands(
+    name: str, seed: int
+) -> None:
+    """A drag of the rotor's angle that fits nearly as well over the position, and an error of the
+    current's reading that a torque of the current resembles: port and variables are the truth's."""
+    _, fitter = _case(name, seed)
+    found = describe(fitter, _alone(fitter), lambda share: None)
+    assert found is not None
+    law, kind = found.description.as_json(), UNNAMED[name]
+    assert port_right(law, kind)
+    assert of_right(law, kind)
+
+
+def test_the_time_constant_of_heat_is_found_between_those_that_are_tried():
+    """A drag that grows with heat: within 5 % of the drawn time constant."""
+    case, fitter = _case("x_law_drag_of_heat", 668561127)
+    motion = Motion.of(fitter.replay, fitter.replay.full({}))
+    balances = balances_of(missing(motion, fitter.sheet), motion, fitter.rows)
+    choice = choose(("torque", "friction"), balances, motion)
+    assert choice is not None and choice.best.of == ("heat",)
+    (drawn,) = case.effects.values()
+    assert choice.best.time_constant_s == pytest.approx(drawn["heat_s"], rel=0.05)
 
 
 def test_the_twin_with_the_law_stands_where_the_description_said(tmp_path: Path):

@@ -35,7 +35,7 @@ _LEADERS = 4  # that approach first; the others have to promise not to be left b
 # sealed study has come to the front from further behind.
 BEHIND = 3.0
 _BETTER = 0.9  # of the cost of the sheet alone, from where another fit of it is taken
-_CLOSE = 2.0  # times the best cost: a runner-up that finer fits may still put first
+CLOSE = 2.0  # times the best cost: a runner-up that finer fits may still put first
 SEARCHED_SETS = 3
 _FURTHER_SETS = 3  # searched besides where they promised less than the best search left
 _EXCHANGED = 6  # sets without their leader, and sets that are searched then
@@ -164,7 +164,7 @@ class Candidates:
         fitted = self.search(self._sized(kept), [one.score for one in kept])
         report(0.7)
         close = [
-            one for one in fitted[1:_POLISHED_SINGLES] if one.fitted < _CLOSE * fitted[0].fitted
+            one for one in fitted[1:_POLISHED_SINGLES] if one.fitted < CLOSE * fitted[0].fitted
         ]
         polished = self._afresh(self.polish([*fitted[:1], *close]))
         self.library = started + fitted + polished
@@ -234,7 +234,7 @@ class Candidates:
             hopeful += self._more_together(glimpsed)
             glimpsed = [one for one in glimpsed if one not in hopeful]
             searched = sorted(searched + self.searched(hopeful), key=lambda one: one.fitted)
-        close = [one for one in searched[1:2] if one.fitted < _CLOSE * searched[0].fitted]
+        close = [one for one in searched[1:2] if one.fitted < CLOSE * searched[0].fitted]
         polished = self._afresh(self.polish([*searched[:1], *close]))
         rest = searched[len(polished) :] + glimpsed
         return sorted(polished + rest, key=lambda one: one.fitted)
@@ -263,7 +263,7 @@ class Candidates:
         alone = self._alone()
         leader, *others = sorted(alone, key=lambda name: alone[name])
         near = [one for one in sets if leader in one.names]
-        near = [one for one in near if one.fitted < _CLOSE * sets[0].fitted]
+        near = [one for one in near if one.fitted < CLOSE * sets[0].fitted]
         having = {frozenset(one.names): one for one in reversed(near)}.values()
         for one in sorted(having, key=lambda one: one.fitted)[:_EXCHANGED]:
             rest = self._rest(one, leader)

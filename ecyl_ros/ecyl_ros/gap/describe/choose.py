@@ -9,11 +9,13 @@ the loop can be replayed it has the last word, on all that come `near`.
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
+from scipy.optimize import minimize_scalar
 
 from ...drive.law import PERIODS, Law, order_of
 from ...effects.lines import explained
@@ -34,6 +36,8 @@ _NEAR = 2  # sets of each sort that are tried in closed loop
 _LOOKED_AT = 5  # pairs of variables that are looked at closely
 _COARSE = 12  # times a turn that the table of a whole turn holds, at four places each
 _FINEST = 96  # times a turn, as the catalogue's own waves
+_HEAT_STEP = math.log(HEAT_S[1] / HEAT_S[0])  # from one time constant of heat to the next
+_HEAT_FOUND = 0.02  # of a time constant: so near it is found
 _WAVES = 2  # finer ones that are tried
 
 _PLACE = ("position", "rotor_angle", "screw_angle")
@@ -183,6 +187,23 @@ def waves(kind: str, balance: Balance, alone: Regression, motion: Visited) -> li
         variance = explained(left, angle, root * gain, base, orders.astype(float))[:, 0]
         found += [Trial((name,), order=int(orders[one])) for one in np.argsort(-variance)[:_WAVES]]
     return found
+
+
+def heated(kind: str, alone: Sequence[Guess], balance: Balance, level: float) -> list[Guess]:
+    """The law of heat between the time constants that were tried, where it predicts best."""
+    tried = [one for one in alone if one.kind == kind and one.of == ("heat",)]
+    if not tried:
+        return []
+    best = min(tried, key=lambda one: one.found.error)
+
+    def error(logarithm: float) -> float:
+        trial = Trial(("heat",), False, math.exp(logarithm))
+        return balance.guess(kind, trial, level).found.error
+
+    middle = math.log(best.time_constant_s)
+    ends = (middle - _HEAT_STEP, middle + _HEAT_STEP)
+    found = minimize_scalar(error, bounds=ends, method="bounded", options={"xatol": _HEAT_FOUND})
+    return [balance.guess(kind, Trial(("heat",), False, math.exp(float(found.x))), level)]
 
 
 def pairs(kind: str, alone: Sequence[Guess], motion: Visited) -> list[Trial]:
@@ -384,6 +405,7 @@ def choose(kinds: Sequence[str], balances: Mapping[str, Balance], motion: Visite
     trials += [(kind, trial) for kind in kinds for trial in waves(kind, balance, alone, motion)]
     guesses = [balance.guess(*trial, balance.level) for trial in trials]
     level = min(one.found.error for one in guesses)
+    guesses += [one for kind in kinds for one in heated(kind, guesses, balance, level)]
     glimpsed = [
         (kind, trial, balance.guess(kind, trial, level, glimpse=True).found.error)
         for kind in kinds

@@ -17,6 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...drive.law import PERIODS
+from ..compete.candidates import CLOSE
 from ..compete.compete import Competition
 from ..compete.earn import earns
 from ..fit.fit import Fit, Fitter
@@ -142,16 +143,39 @@ def _in_loop(
             (play(fitter, one.guess, one.port, one.begun.pulls, ROUGHLY), one) for one in own
         ]
         tell((number + 0.5) / len(sizes))
-        nearest, chosen = min(roughly, key=lambda one: one[0].fitted)
-        if found is None or nearest.fitted < found[0].fitted:
-            closer = _closely(fitter, nearest, chosen)
+        nearest = min(roughly, key=lambda one: one[0].fitted)
+        if found is None or nearest[0].fitted < found[0].fitted:
+            both = [nearest, *_predicting_better(roughly, *nearest)]
+            closely = [(_closely(fitter, *one), one) for one in both]
+            closer, (rough, chosen) = min(closely, key=lambda one: one[0].judged)
             if found is None or earns(fitter, as_fit(closer), as_fit(found[0])):
-                found = (closer, chosen, _alike(roughly, nearest, chosen))
+                found = (closer, chosen, _alike(roughly, rough, chosen))
         tell((number + 1) / len(sizes))
         if at_noise(fitter, found[0].judged):
             break  # more variables are not needed
     assert found is not None  # there is a candidate
     return found
+
+
+def _predicting_better(
+    roughly: list[tuple[Played, _Candidate]], nearest: Played, first: _Candidate
+) -> list[tuple[Played, _Candidate]]:
+    """Laws that come near and predict what is missing better than the nearest: at its port the best
+    of other variables, and the best at another balance.
+
+    A rough fit may take a drag of an angle for one of position, or a torque of the current for an
+    error of its reading.
+    """
+    near = [
+        (played, one)
+        for played, one in roughly
+        if one.guess.found.error < first.guess.found.error
+        and played.fitted < CLOSE * nearest.fitted
+    ]
+    near.sort(key=lambda one: one[1].guess.found.error)
+    own = [one for one in near if one[1].choice is first.choice and one[1].port == first.port]
+    others = [one for one in near if one[1].choice is not first.choice]
+    return [*own[:1], *others[:1]]
 
 
 def _closely(fitter: Fitter, nearest: Played, one: _Candidate) -> Played:
