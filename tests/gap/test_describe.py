@@ -208,6 +208,22 @@ def test_prediction_finds_the_smoothness_that_the_truth_has():
     assert found["line"].freedom < 8.0 < found["wave"].freedom
 
 
+def test_a_law_beside_a_sheet_bent_by_tens_of_tolerances_predicts_nothing():
+    """What a constant off by 40 tolerances could do as well: the law that does it stands before one
+    of something else beside that constant."""
+    rng = np.random.default_rng(4)
+    x, other = rng.uniform(-1.0, 1.0, (2, 800))
+    bare = _rows(40.0 * x + rng.standard_normal(x.size), x.size)
+    rows = dataclasses.replace(bare, sheet=x[None])
+    found = []
+    for values in (x, other):
+        axis = (Axis.over("position", values, paired=False),)
+        found.append(regress(rows, columns(axis, [values], x.size), roughness(axis), 1.0))
+    right, wrong = found
+    assert np.abs(wrong.pulls).max() > 30.0  # it predicts, by its own figure
+    assert right.error < 2.0 and wrong.error > 100.0 * right.error
+
+
 def _guess(of: tuple[str, ...], errors: np.ndarray, freedom: float) -> Guess:
     none = np.zeros(0)
     count = np.full(len(errors), 40)

@@ -189,7 +189,7 @@ def waves(kind: str, balance: Balance, alone: Regression, motion: Visited) -> li
     return found
 
 
-def heated(kind: str, alone: Sequence[Guess], balance: Balance, level: float) -> list[Guess]:
+def heated(kind: str, alone: Sequence[Guess], balance: Balance) -> list[Guess]:
     """The law of heat between the time constants that were tried, where it predicts best."""
     tried = [one for one in alone if one.kind == kind and one.of == ("heat",)]
     if not tried:
@@ -200,6 +200,7 @@ def heated(kind: str, alone: Sequence[Guess], balance: Balance, level: float) ->
         trial = Trial(("heat",), False, math.exp(logarithm))
         return balance.guess(kind, trial, level).found.error
 
+    level = best.found.error
     middle = math.log(best.time_constant_s)
     ends = (middle - _HEAT_STEP, middle + _HEAT_STEP)
     found = minimize_scalar(error, bounds=ends, method="bounded", options={"xatol": _HEAT_FOUND})
@@ -405,7 +406,7 @@ def choose(kinds: Sequence[str], balances: Mapping[str, Balance], motion: Visite
     trials += [(kind, trial) for kind in kinds for trial in waves(kind, balance, alone, motion)]
     guesses = [balance.guess(*trial, balance.level) for trial in trials]
     level = min(one.found.error for one in guesses)
-    guesses += [one for kind in kinds for one in heated(kind, guesses, balance, level)]
+    guesses += [one for kind in kinds for one in heated(kind, guesses, balance)]
     glimpsed = [
         (kind, trial, balance.guess(kind, trial, level, glimpse=True).found.error)
         for kind in kinds
@@ -426,7 +427,7 @@ def standing(guesses: Sequence[Guess]) -> Guess:
 
     def by_stretch(one: Guess) -> FloatArray:
         # No stretch counts for more than the others because much happened in it.
-        return np.log((one.found.errors[used] + counts) / counts)
+        return np.log((one.found.errors[used] + counts) / counts) + one.found.price
 
     close = []
     for one in guesses:

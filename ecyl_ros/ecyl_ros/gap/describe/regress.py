@@ -7,6 +7,7 @@ it at their price, weighed as everywhere else (`sheet`).
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -14,9 +15,11 @@ import numpy as np
 
 from ..inverse import inverse_of
 from ..replay.replay import FloatArray
+from ..sheet import PULL_PRICE
 
 # Smoothness that is tried, as the weight of the roughness over that of a squared residual.
 SMOOTH = 10.0 ** np.arange(-5.0, 4.0)
+_DEAREST = 100.0  # price that counts, so that its exponential stays finite
 _ROUNDS = 4  # until level and fit agree
 
 
@@ -48,7 +51,8 @@ class Regression:
         values: float64[k], of the law. pulls: float64[p]. smooth: the weight chosen.
         freedom: effective number of parameters of the law.
         stiff: what a unit of the values' roughness costs, where a pull of 1 costs 4.
-        covariance: float64[k, k], of the values.
+        covariance: float64[k, k], of the values. price: of the pulls, by which the logarithm of an
+            error counts as larger: a sheet bent by tens of tolerances predicts anything.
     """
 
     errors: FloatArray
@@ -59,11 +63,12 @@ class Regression:
     freedom: float
     stiff: float
     covariance: FloatArray
+    price: float = 0.0
 
     @property
     def error(self) -> float:
-        """See `typical`."""
-        return typical(self.errors, self.count)
+        """See `typical`; raised by the price of the pulls, as in `sheet`."""
+        return typical(self.errors, self.count) * math.exp(min(self.price, _DEAREST))
 
 
 def typical(errors: FloatArray, count: np.ndarray) -> float:
@@ -105,7 +110,7 @@ class Normal:
         self.rough *= self.scale
         self.price = np.zeros((whole, whole))
         held = np.arange(self.size, whole)
-        self.price[held, held] = 4.0
+        self.price[held, held] = PULL_PRICE
 
     def held(self, smooth: float, level: float) -> FloatArray:
         """What is added to the normal equations; level: mean square error."""
@@ -170,13 +175,15 @@ def regress(
     size = normal.size
     freedom = float(np.trace((inverse @ whole)[:size, :size]))
     stiff = best * normal.scale * rows.evidence / (level * float(normal.count.sum()))
+    pulls = found[size:]
     return Regression(
         best_errors,
         normal.count,
         found[:size],
-        found[size:],
+        pulls,
         best,
         freedom,
         stiff,
         level * inverse[:size, :size],
+        PULL_PRICE * float(pulls @ pulls) / rows.evidence,
     )
