@@ -23,6 +23,7 @@ from ecyl_ros.gap.describe.formula import formula
 from ecyl_ros.gap.describe.missing import TORQUE, missing
 from ecyl_ros.gap.describe.motion import Motion
 from ecyl_ros.gap.describe.nearest import played_curve
+from ecyl_ros.gap.describe.play import evaluate, without_scale
 from ecyl_ros.gap.describe.regress import Regression, Rows, regress
 from ecyl_ros.gap.diagnosis import Diagnosis, Series
 from ecyl_ros.gap.fit.fit import Fitter
@@ -143,6 +144,29 @@ def _told(fitter: Fitter, found: Described) -> Diagnosis:
     )
     unexplained = dataclasses.replace(diagnosis("unexplained"), series=series)
     return described(unexplained, found, fitter)
+
+
+def test_a_law_of_torque_grows_with_the_scale_that_no_motion_shows():
+    """All torques of the sheet and the law larger by a thousandth leave the same gap, where the law
+    alone does not; what a fit's derivatives hold along that is taken out of them."""
+    _, fitter, found = _cubic()
+    played = found.played
+    values = np.array(played.law.values)
+    guess = Guess("torque", ("speed",), (), 0.0, _guess(("speed",), np.ones(4), 1.0).found)
+    guess = guess.with_values(values)
+    along = values[None] / np.sqrt(np.mean(values**2))
+    taken_out = without_scale(fitter, guess, played.law.port, along)
+    assert taken_out is not None
+    point = np.concatenate([np.zeros(1), played.pulls])
+    slopes = np.eye(point.size)
+    taken_out(slopes, point)
+    (moved,) = np.linalg.svd(slopes)[2][-1:]  # the one direction that nothing is left along
+    step = 1e-3 * np.sqrt(np.mean(values**2)) / moved[0]
+    law = dataclasses.replace(played.law, values=tuple(1.001 * values))
+    together = evaluate(fitter, law, played.pulls + step * moved[1:]).gap
+    alone = evaluate(fitter, law, played.pulls).gap
+    off, off_alone = (np.quantile(np.abs(one - played.gap), 0.9) for one in (together, alone))
+    assert off < 0.01 * off_alone
 
 
 def test_words_and_page_say_what_was_found():

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,6 +21,7 @@ from ..fit.fit import CONVERGED, Fitter
 from ..fit.newton import Differences, Objective, descend
 from ..fit.robust import LOSS_SCALE, cost, per_square, robust_weights
 from ..fit.stages import COARSE, EXACT, FINE, MEDIUM, Stage
+from ..fit.torque_scale import TorqueScale
 from ..inverse import inverse_of
 from ..judge.intervals import FORM, quantile, spreads
 from ..replay.replay import FloatArray
@@ -30,6 +31,7 @@ from .axis import roughness
 from .choose import Guess
 
 _LEAST, _MOST = 6, 30  # directions that a law moves along, beside its own size
+_TORQUES = {"rotor_torque", "load_torque", "rotor_friction", "load_friction"}  # ports
 _FAR = 20.0  # times its RMS that a law may move
 # How it is fitted: stages in turn, each with fresh derivatives and so many steps at the most.
 ROUGHLY = ((COARSE, 2),)
@@ -115,6 +117,31 @@ def directions(guess: Guess) -> tuple[FloatArray, FloatArray]:
     return turned.T @ along, guess.found.stiff * np.maximum(costs, 0.0)
 
 
+def without_scale(
+    fitter: Fitter, guess: Guess, port: str, along: FloatArray
+) -> Callable[[FloatArray, FloatArray], None] | None:
+    """What takes out of derivatives what they hold along the scale of all torques, see
+    `fit.torque_scale`; None where a motion may show it.
+
+    A law of torque grows with it. along: float64[m, values], what the law moves along.
+    """
+    sheet = fitter.sheet
+    scale = TorqueScale.of((), (), range(len(sheet)), sheet, fitter.replay.nominal)
+    if scale is None or "torque" in guess.of:
+        return None
+    count, grows = len(along), port in _TORQUES
+    in_steps = np.linalg.pinv(along)
+
+    def taken_out(slopes: FloatArray, point: FloatArray) -> None:
+        values = guess.found.values + point[:count] @ along
+        law = values @ in_steps if grows else np.zeros(count)
+        moved = np.concatenate([law, scale.along(point[count:])])
+        moved /= np.linalg.norm(moved)
+        slopes -= np.multiply.outer(moved, np.tensordot(moved, slopes, axes=1))
+
+    return taken_out
+
+
 def play(
     fitter: Fitter,
     guess: Guess,
@@ -132,6 +159,7 @@ def play(
     sheet, rows = fitter.sheet, fitter.rows
     along, rough = directions(guess)
     count, size = len(along), len(along) + len(sheet)
+    mended = without_scale(fitter, guess, port, along)
 
     def at(point: FloatArray) -> Law:
         return guess.law(port, guess.found.values + point[:count] @ along)
@@ -190,6 +218,7 @@ def play(
             most=most,
             least=CONVERGED,
             fresh=first or stage is EXACT,
+            mended=mended,
         )
         # The next stage goes on from what this one finds best, as it sees it.
         values = [objective.value(one.gap, where) for where, one in passed]

@@ -69,10 +69,15 @@ class TorqueScale:
         )
         return None if held else cls(coordinates, pulled, sheet)
 
+    def along(self, point: FloatArray) -> FloatArray:
+        """How a point float64[k] of the fit moves with the logarithm of the scale: float64[k]."""
+        moved = np.where(self._in_logarithms > 0.0, self._in_logarithms, point)
+        found: FloatArray = np.where(self._of_torque, moved, 0.0)
+        return found
+
     def at(self, point: FloatArray) -> FloatArray:
         """Unit vector float64[k] at a point float64[k] of the fit."""
-        moved = np.where(self._in_logarithms > 0.0, self._in_logarithms, point)
-        moved = np.where(self._of_torque, moved, 0.0)
+        moved = self.along(point)
         found: FloatArray = moved / np.linalg.norm(moved)
         return found
 
