@@ -29,6 +29,7 @@ FloatArray = NDArray[np.float64]
 # different ones. Calibrated with the sealed study: the square of a misfit that falls by 4 %, the
 # least that an effect has to remove, is then worth as much as a constant at twice its tolerance.
 EVIDENCE_PER_S = 25.0
+_DEAREST = 100.0  # price that counts
 PULL_PRICE = 4.0  # of a pull, times its square: a tolerance is two standard deviations
 _LEAD, _FEED = "transmission.lead", "controller.feed_scale"
 _DAMPING, _DAMPING_RATIO = "transmission.contact_damping", 0.1
@@ -132,7 +133,7 @@ class Sheet:
         With the level of what is left unknown, the logarithm of a mean square counts as many times
         as there are pieces of evidence; the price adds to it.
         """
-        return cost * math.exp(min(self.price(pulls) / self.evidence, 100.0))
+        return raised(cost, self.price(pulls) / self.evidence)
 
     def free(self, effects: Collection[str]) -> NDArray[np.bool_]:
         """Constants that are fitted beside `effects`: none of these stands for them, bool[k]."""
@@ -159,3 +160,8 @@ class Sheet:
     def index(self, key: str | None) -> int | None:
         """Where a constant stands among the uncertain ones; None where it is not one of them."""
         return self.keys.index(key) if key in self.keys else None
+
+
+def raised(cost: float, price: float) -> float:
+    """A cost whose logarithm is larger by a price, as far as that stays finite."""
+    return cost * math.exp(min(price, _DEAREST))

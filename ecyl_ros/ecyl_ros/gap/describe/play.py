@@ -21,7 +21,7 @@ from ..fit.fit import CONVERGED, Fitter
 from ..fit.newton import Differences, Objective, descend
 from ..fit.robust import LOSS_SCALE, cost, per_square, robust_weights
 from ..fit.stages import COARSE, EXACT, FINE, MEDIUM, Stage
-from ..fit.torque_scale import TorqueScale
+from ..fit.torque_scale import TorqueScale, of_torque, take_out
 from ..inverse import inverse_of
 from ..judge.intervals import FORM, quantile, spreads
 from ..replay.replay import FloatArray
@@ -31,7 +31,6 @@ from .axis import roughness
 from .choose import Guess
 
 _LEAST, _MOST = 6, 30  # directions that a law moves along, beside its own size
-_TORQUES = {"rotor_torque", "load_torque", "rotor_friction", "load_friction"}  # ports
 _FAR = 20.0  # times its RMS that a law may move
 # How it is fitted: stages in turn, each with fresh derivatives and so many steps at the most.
 ROUGHLY = ((COARSE, 2),)
@@ -129,15 +128,14 @@ def without_scale(
     scale = TorqueScale.of((), (), range(len(sheet)), sheet, fitter.replay.nominal)
     if scale is None or "torque" in guess.of:
         return None
-    count, grows = len(along), port in _TORQUES
+    count, grows = len(along), of_torque(guess.law(port).unit)
     in_steps = np.linalg.pinv(along)
 
     def taken_out(slopes: FloatArray, point: FloatArray) -> None:
         values = guess.found.values + point[:count] @ along
         law = values @ in_steps if grows else np.zeros(count)
         moved = np.concatenate([law, scale.along(point[count:])])
-        moved /= np.linalg.norm(moved)
-        slopes -= np.multiply.outer(moved, np.tensordot(moved, slopes, axes=1))
+        take_out(slopes, moved / np.linalg.norm(moved))
 
     return taken_out
 

@@ -7,7 +7,6 @@ it at their price, weighed as everywhere else (`sheet`).
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -15,11 +14,10 @@ import numpy as np
 
 from ..inverse import inverse_of
 from ..replay.replay import FloatArray
-from ..sheet import PULL_PRICE
+from ..sheet import PULL_PRICE, raised
 
 # Smoothness that is tried, as the weight of the roughness over that of a squared residual.
 SMOOTH = 10.0 ** np.arange(-5.0, 4.0)
-_DEAREST = 100.0  # price that counts, so that its exponential stays finite
 _ROUNDS = 4  # until level and fit agree
 
 
@@ -68,7 +66,7 @@ class Regression:
     @property
     def error(self) -> float:
         """See `typical`; raised by the price of the pulls, as in `sheet`."""
-        return typical(self.errors, self.count) * math.exp(min(self.price, _DEAREST))
+        return raised(typical(self.errors, self.count), self.price)
 
 
 def typical(errors: FloatArray, count: np.ndarray) -> float:

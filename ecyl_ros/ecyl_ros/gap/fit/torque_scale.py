@@ -83,5 +83,10 @@ class TorqueScale:
 
     def taken_out(self, slopes: FloatArray, point: FloatArray) -> None:
         """Take out of derivatives, float64[k, m], what they hold along the scale."""
-        along = self.at(point)
-        slopes -= np.outer(along, along @ slopes)
+        take_out(slopes, self.at(point))
+
+
+def take_out(slopes: FloatArray, along: FloatArray) -> None:
+    """Take out of derivatives, float64[k, ...], what they hold along a unit vector, float64[k]."""
+    held = (along @ slopes.reshape(along.size, -1)).reshape(slopes.shape[1:])
+    slopes -= np.multiply.outer(along, held)
