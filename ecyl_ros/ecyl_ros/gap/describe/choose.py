@@ -189,26 +189,25 @@ def waves(kind: str, balance: Balance, alone: Regression, motion: Visited) -> li
     return found
 
 
-def heated(kind: str, alone: Sequence[Guess], balance: Balance) -> list[Guess]:
-    """The law of heat between the time constants that were tried, where it predicts best."""
-    tried = [one for one in alone if one.kind == kind and one.of == ("heat",)]
-    if not tried:
-        return []
-    best = min(tried, key=lambda one: one.found.error)
+def heated(guess: Guess, balance: Balance) -> Guess:
+    """A law of heat with the time constant, between those that are tried, that predicts best."""
+    level, kind = guess.found.error, guess.kind
+
+    def trial(logarithm: float) -> Trial:
+        return Trial(guess.of, guess.on_load, math.exp(logarithm))
 
     def error(logarithm: float) -> float:
-        trial = Trial(("heat",), False, math.exp(logarithm))
-        return balance.guess(kind, trial, level).found.error
+        return balance.guess(kind, trial(logarithm), level, glimpse=True).found.error
 
-    level = best.found.error
-    middle = math.log(best.time_constant_s)
+    middle = math.log(guess.time_constant_s)
     ends = (middle - _HEAT_STEP, middle + _HEAT_STEP)
     found = minimize_scalar(error, bounds=ends, method="bounded", options={"xatol": _HEAT_FOUND})
-    return [balance.guess(kind, Trial(("heat",), False, math.exp(float(found.x))), level)]
+    return balance.guess(kind, trial(float(found.x)), level)
 
 
 def pairs(kind: str, alone: Sequence[Guess], motion: Visited) -> list[Trial]:
-    """Every two of the variables that were tried alone; heat as it did best."""
+    """Every two of the variables that were tried alone; heat at every time constant, for what it
+    does alone says nothing of it beside another."""
     best: dict[str, Guess] = {}
     for one in alone:
         if one.kind == kind and len(one.of) == 1 and one.order == 1:
@@ -216,13 +215,10 @@ def pairs(kind: str, alone: Sequence[Guess], motion: Visited) -> list[Trial]:
             if name not in best or one.found.error < best[name].found.error:
                 best[name] = one
     return [
-        Trial(
-            tuple(sorted(pair)),
-            any(best[one].on_load for one in pair),
-            max(best[one].time_constant_s for one in pair),
-        )
+        Trial(tuple(sorted(pair)), any(best[one].on_load for one in pair), heat_s)
         for pair in itertools.combinations(best, 2)
         if not any(set(pair) <= alike for alike in _ALIKE) and motion.fills(*pair, False)
+        for heat_s in (HEAT_S if "heat" in pair else (0.0,))
     ]
 
 
@@ -406,17 +402,31 @@ def choose(kinds: Sequence[str], balances: Mapping[str, Balance], motion: Visite
     trials += [(kind, trial) for kind in kinds for trial in waves(kind, balance, alone, motion)]
     guesses = [balance.guess(*trial, balance.level) for trial in trials]
     level = min(one.found.error for one in guesses)
-    guesses += [one for kind in kinds for one in heated(kind, guesses, balance)]
-    glimpsed = [
-        (kind, trial, balance.guess(kind, trial, level, glimpse=True).found.error)
-        for kind in kinds
-        for trial in pairs(kind, guesses, motion)
-    ]
-    for kind, trial, _ in sorted(glimpsed, key=lambda one: one[2])[:_LOOKED_AT]:
-        guesses.append(balance.guess(kind, trial, level))
+    for kind in kinds:
+        hot = [one for one in guesses if one.kind == kind and one.of == ("heat",)]
+        if hot:
+            guesses.append(heated(min(hot, key=lambda one: one.found.error), balance))
+    for kind, trial in _promising(kinds, guesses, level, balance):
+        guess = balance.guess(kind, trial, level)
+        guesses.append(heated(guess, balance) if "heat" in guess.of else guess)
     guesses.sort(key=lambda one: one.found.error)
     best = standing(guesses)
     return Choice(best, tuple(one for one in guesses if one is not best), alone)
+
+
+def _promising(
+    kinds: Sequence[str], alone: Sequence[Guess], level: float, balance: Balance
+) -> list[tuple[str, Trial]]:
+    """The pairs of variables that predict best at a glimpse, best first."""
+    glimpsed = [
+        (balance.guess(kind, trial, level, glimpse=True).found.error, kind, trial)
+        for kind in kinds
+        for trial in pairs(kind, alone, balance.motion)
+    ]
+    found: dict[tuple[str, tuple[str, ...]], tuple[str, Trial]] = {}
+    for _, kind, trial in sorted(glimpsed, key=lambda one: one[0]):
+        found.setdefault((kind, trial.of), (kind, trial))
+    return list(found.values())[:_LOOKED_AT]
 
 
 def standing(guesses: Sequence[Guess]) -> Guess:

@@ -18,13 +18,14 @@ from scipy.linalg import eigh
 from ...drive.law import Law
 from ..compete.earn import AT_FLOOR
 from ..fit.fit import CONVERGED, Fitter
-from ..fit.newton import Differences, Objective, descend
+from ..fit.linear import linear_samples
+from ..fit.newton import Differences, Objective, descend, differentiate
 from ..fit.robust import LOSS_SCALE, cost, per_square, robust_weights
-from ..fit.stages import COARSE, EXACT, FINE, MEDIUM, Stage
+from ..fit.stages import COARSE, EXACT, FINE, LINEAR, MEDIUM, Stage
 from ..fit.torque_scale import TorqueScale, of_torque, take_out
 from ..inverse import inverse_of
 from ..judge.intervals import FORM, quantile, spreads
-from ..replay.replay import FloatArray
+from ..replay.replay import BoolArray, FloatArray
 from ..sheet import PULL_PRICE
 from ..split import stretch_of
 from .axis import roughness
@@ -34,7 +35,13 @@ _LEAST, _MOST = 6, 30  # directions that a law moves along, beside its own size
 _FAR = 20.0  # times its RMS that a law may move
 # How it is fitted: stages in turn, each with fresh derivatives and so many steps at the most.
 ROUGHLY = ((COARSE, 2),)
-CLOSELY = (*((COARSE, 3),) * 2, *((MEDIUM, 3),) * 2, *((FINE, 3),) * 3, (EXACT, 2))
+CLOSELY = (
+    *((COARSE, 3),) * 2,
+    (MEDIUM, 3),
+    *((LINEAR, 1),) * 4,  # which samples count is told anew after each step
+    *((FINE, 3),) * 3,
+    (EXACT, 2),
+)
 _STILL = 0.98  # of its cost: a stage that leaves more than this is not repeated
 
 
@@ -166,6 +173,7 @@ def play(
     lowest, highest = sheet.bounds()
     low = np.concatenate([np.full(count, -_FAR), lowest])
     high = np.concatenate([np.full(count, _FAR), highest])
+    price = np.array([*rough, *[PULL_PRICE] * len(sheet)])
     reached = np.clip(np.concatenate([np.zeros(count), pulls]), low, high)
     gap = best.gap
     slopes = np.zeros((size, *gap.shape))
@@ -175,18 +183,17 @@ def play(
 
     before = math.inf
     last: Stage | None = None
+    secants: FloatArray | None = None
+    ended = False
     for stage, most in how:
-        # Whatever comes of it, the last stage says how well the law is known.
+        # Whatever comes of it, these stages say what the law is and how well it is known.
         done = last is not None and math.sqrt(best.fitted) <= fitter.perfect
-        if done and stage is not EXACT:
+        if done and not stage.central:
             continue
-        if stage is last and best.fitted > _STILL * before:
+        if stage is last and (ended if stage.linear else best.fitted > _STILL * before):
             continue
         first = last is None
         before, last = best.fitted, stage
-        seen = fitter.blurred(stage.blur_s)
-        steps = np.array([stage.difference] * count + [stage.pulled] * len(sheet))
-
         passed: list[tuple[FloatArray, Played]] = []
 
         def tried(
@@ -195,24 +202,30 @@ def play(
             passed.append((where, evaluate(fitter, at(where), where[count:])))
             return passed[-1][1].gap
 
-        typical = float(np.median(np.abs(seen(gap))))
+        seen = fitter.blurred(stage.blur_s)
         objective = Objective(
             residual=residual,
             tried=tried,
-            loss_scale=max(LOSS_SCALE * stage.wide, 3.0 * typical),
+            loss_scale=max(LOSS_SCALE * stage.wide, 3.0 * float(np.median(np.abs(seen(gap))))),
             evidence=sheet.evidence,
-            precision=np.concatenate([rough, np.full(len(sheet), 4.0)]),
+            precision=price,
             low=low,
             high=high,
             seen=seen,
         )
-        descend(
+        steps = np.array([stage.difference] * count + [stage.pulled] * len(sheet))
+        differences = Differences(steps, stage.central)
+        if stage.linear:
+            secants = slopes.copy() if secants is None else secants
+            differentiate(objective, reached, gap, slopes, range(size), differences)
+            objective = _of_linear(objective, _linear(gap, slopes, secants, price, fitter), rows)
+        ended = descend(
             objective,
             reached,
             slopes,
             range(size),
             range(size),
-            Differences(steps, stage.central),
+            differences,
             most=most,
             least=CONVERGED,
             fresh=first or stage is EXACT,
@@ -220,15 +233,42 @@ def play(
         )
         # The next stage goes on from what this one finds best, as it sees it.
         values = [objective.value(one.gap, where) for where, one in passed]
-        reached, gap = passed[int(np.argmin(values))][0], passed[int(np.argmin(values))][1].gap
-        best = min([best, *(one for _, one in passed)], key=lambda one: one.fitted)
-    if last is not EXACT:
+        reached, found = passed[int(np.argmin(values))]
+        gap = found.gap
+        # All samples together may have led into a hole that spikes have dug; the others lead out.
+        others = [found] if stage.linear else [best, *(one for _, one in passed)]
+        best = min(others, key=lambda one: one.fitted)
+    if last is not EXACT or secants is None:
         return best  # a comparison needs no bands
-    price = np.array([*rough, *[PULL_PRICE] * len(sheet)])
+    linear = _linear(best.gap, slopes, secants, price, fitter).ravel()
     slopes = slopes[:, :, rows].reshape(size, -1)
-    half, pull_half = _half_widths(best, slopes, along, price, guess, fitter)
+    half, pull_half = _half_widths(best, slopes * linear, along, price, guess, fitter)
     unseen = _unseen(best, slopes, price, fitter)
     return dataclasses.replace(best, half=half, pull_half=pull_half, unseen=unseen)
+
+
+def _linear(
+    gap: FloatArray,
+    tangents: FloatArray,
+    secants: FloatArray,
+    price: FloatArray,
+    fitter: Fitter,
+) -> BoolArray:
+    """Which fitted samples of each signal answer linearly, see `fit.linear`."""
+    weights = robust_weights(gap[:, fitter.rows])
+    short, long = (one[:, :, fitter.rows].reshape(len(one), -1) for one in (tangents, secants))
+    found = linear_samples(short, long, weights.ravel(), fitter.sheet.evidence, price)
+    return found.reshape(weights.shape)
+
+
+def _of_linear(objective: Objective, linear: BoolArray, rows: BoolArray) -> Objective:
+    """The objective where these of the fitted samples count alone."""
+    share = float(linear.mean())
+    return dataclasses.replace(
+        objective,
+        seen=lambda gap: gap[:, rows][linear],
+        evidence=share * objective.evidence,
+    )
 
 
 def _half_widths(

@@ -114,7 +114,7 @@ def descend(
     before = math.inf
     for _ in range(most):
         todo = wanted if fresh else fleeting
-        _differentiate(objective, point, residual, slopes, todo, differences)
+        differentiate(objective, point, residual, slopes, todo, differences)
         if mended is not None:
             mended(slopes, point)
         hessian, slope = objective.curvature(residual, point, slopes)
@@ -161,7 +161,7 @@ def _further(
     return there, left, value
 
 
-def _differentiate(
+def differentiate(
     objective: Objective,
     point: FloatArray,
     residual: FloatArray,
@@ -169,6 +169,7 @@ def _differentiate(
     wanted: Sequence[int],
     differences: Differences,
 ) -> None:
+    """Put derivatives of the residual at a point, where it is `residual`, into `slopes`."""
     turns = np.where(
         point + differences.steps > objective.high, -differences.steps, differences.steps
     )

@@ -8,6 +8,7 @@ have to move. Both are sharpened as the fit comes near.
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass
 
 
@@ -21,6 +22,7 @@ class Stage:
         wide: scale of the robust loss over the one that ranks fits; what is beyond it counts less.
         blur_s: width of the moving mean that the gap is seen through.
         central: derivatives by differences both ways.
+        linear: only samples that answer linearly count, see `linear`.
     """
 
     difference: float
@@ -28,6 +30,7 @@ class Stage:
     wide: float = 1.0
     blur_s: float = 0.0
     central: bool = False
+    linear: bool = False
 
 
 COARSE = Stage(0.15, 0.3, wide=1e3, blur_s=0.01)
@@ -37,3 +40,4 @@ FINE = Stage(2e-3, 0.02)
 # frictions) must come out as that, or a derivative's own error would tell between them: rows at an
 # impact bend within hundredths of a tolerance.
 EXACT = Stage(2e-5, 1e-4, central=True)
+LINEAR = dataclasses.replace(EXACT, linear=True)

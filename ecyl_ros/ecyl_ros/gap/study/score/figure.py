@@ -1,4 +1,4 @@
-"""One figure of a study beside what is wanted of it, and how shares and quantiles become one."""
+"""One figure of a study beside what is wanted of it, made of shares, quantiles and means."""
 
 from __future__ import annotations
 
@@ -74,4 +74,10 @@ def quantile(
 ) -> Figure:
     """The value that `share` of the values do not exceed: 0.5 for the median, 1 for the largest."""
     value = float(np.quantile(values, share)) if len(values) else math.nan
+    return Figure(name, value, None, len(values), wanted, **options)
+
+
+def mean(name: str, values: Sequence[float], wanted: Wanted = None, **options: Any) -> Figure:
+    """Their mean."""
+    value = float(np.mean(values)) if len(values) else math.nan
     return Figure(name, value, None, len(values), wanted, **options)
