@@ -18,12 +18,13 @@ from ecyl_ros.gap.describe.apply import described, with_description
 from ecyl_ros.gap.describe.axis import Axis, columns, roughness
 from ecyl_ros.gap.describe.chance import LEVEL, probability
 from ecyl_ros.gap.describe.choose import Choice, Guess, balances_of, choose, standing
+from ecyl_ros.gap.describe.coordinates import without_scale
 from ecyl_ros.gap.describe.describe import Described, describe
 from ecyl_ros.gap.describe.formula import formula
 from ecyl_ros.gap.describe.missing import TORQUE, missing
 from ecyl_ros.gap.describe.motion import Motion
 from ecyl_ros.gap.describe.nearest import played_curve
-from ecyl_ros.gap.describe.play import evaluate, play, without_scale
+from ecyl_ros.gap.describe.play import evaluate, play
 from ecyl_ros.gap.describe.regress import Regression, Rows, regress
 from ecyl_ros.gap.diagnosis import Diagnosis, Series
 from ecyl_ros.gap.fit.fit import Fitter

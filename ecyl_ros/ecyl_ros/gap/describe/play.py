@@ -9,31 +9,23 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import eigh
 
 from ...drive.law import Law
 from ..compete.earn import AT_FLOOR
 from ..fit.fit import CONVERGED, Fitter
-from ..fit.linear import linear_samples
-from ..fit.newton import Differences, Objective, descend, differentiate
-from ..fit.robust import LOSS_SCALE, cost, per_square, robust_weights
+from ..fit.newton import Objective, descend, differentiate
+from ..fit.robust import LOSS_SCALE, cost
 from ..fit.stages import COARSE, EXACT, FINE, LINEAR, MEDIUM, Stage
-from ..fit.torque_scale import TorqueScale, of_torque, take_out
-from ..inverse import inverse_of
-from ..judge.intervals import FORM, quantile, spreads
 from ..replay.replay import BoolArray, FloatArray
-from ..sheet import PULL_PRICE
-from ..split import stretch_of
-from .axis import roughness
+from .band import half_widths, linear_of, unseen
 from .choose import Guess
+from .coordinates import Coordinates
 
-_LEAST, _MOST = 6, 30  # directions that a law moves along, beside its own size
-_FAR = 20.0  # times its RMS that a law may move
-# How it is fitted: stages in turn, each with fresh derivatives and so many steps at the most.
+# How a law is fitted: stages in turn, each with so many steps at the most.
 ROUGHLY = ((COARSE, 2),)
 CLOSELY = (
     *((COARSE, 3),) * 2,
@@ -88,65 +80,6 @@ def evaluate(fitter: Fitter, law: Law, pulls: FloatArray) -> Played:
     )
 
 
-def directions(guess: Guess) -> tuple[FloatArray, FloatArray]:
-    """What a law's values move along, float64[m, values], and what a step costs, float64[m].
-
-    They span its own shape and what the data hold; each has the RMS of the law's values. A step
-    costs its roughness, as in the regression: what was not visited follows what was.
-    """
-    values = guess.found.values
-    size = max(float(np.sqrt(np.mean(values**2))), 1e-12)
-    if len(values) == 1:
-        return np.full((1, 1), size), np.zeros(1)
-    found = [values / size]
-    wanted = min(max(math.ceil(guess.found.freedom), _LEAST), _MOST)
-    # Where the recording holds the values best, of all that are as smooth as they are.
-    spread, smooth = guess.found.covariance, roughness(guess.axes)
-    level = np.trace(smooth) / len(smooth)
-    _, vectors = eigh(
-        spread + 1e-9 * np.trace(spread) * np.eye(len(spread)),
-        smooth + 1e-6 * level * np.eye(len(smooth)),
-    )
-    rest = np.linalg.pinv(spread, hermitian=True)
-    ranked = sorted(
-        vectors.T, key=lambda one: -float(one @ rest @ one) / float(one @ smooth @ one + 1e-12)
-    )
-    for one in ranked:
-        left = one - sum(float(one @ other) / float(other @ other) * other for other in found)
-        length = float(np.sqrt(np.mean(left**2)))
-        if length > 1e-6 * float(np.sqrt(np.mean(one**2))):
-            found.append(left / length)
-        if len(found) > wanted:
-            break
-    along = size * np.array(found)
-    costs, turned = eigh(along @ smooth @ along.T)  # so that each costs by itself
-    return turned.T @ along, guess.found.stiff * np.maximum(costs, 0.0)
-
-
-def without_scale(
-    fitter: Fitter, guess: Guess, port: str, along: FloatArray
-) -> Callable[[FloatArray, FloatArray], None] | None:
-    """What takes out of derivatives what they hold along the scale of all torques, see
-    `fit.torque_scale`; None where a motion may show it.
-
-    A law of torque grows with it. along: float64[m, values], what the law moves along.
-    """
-    sheet = fitter.sheet
-    scale = TorqueScale.of((), (), range(len(sheet)), sheet, fitter.replay.nominal)
-    if scale is None or "torque" in guess.of:
-        return None
-    count, grows = len(along), of_torque(guess.law(port).unit)
-    in_steps = np.linalg.pinv(along)
-
-    def taken_out(slopes: FloatArray, point: FloatArray) -> None:
-        values = guess.found.values + point[:count] @ along
-        law = values @ in_steps if grows else np.zeros(count)
-        moved = np.concatenate([law, scale.along(point[count:])])
-        take_out(slopes, moved / np.linalg.norm(moved))
-
-    return taken_out
-
-
 def play(
     fitter: Fitter,
     guess: Guess,
@@ -161,30 +94,13 @@ def play(
         pulls: float64[k], of the sheet, to begin with.
         how: as near as it goes, or `ROUGHLY`, as far as a comparison of ports needs.
     """
-    sheet, rows = fitter.sheet, fitter.rows
-    along, rough = directions(guess)
-    count, size = len(along), len(along) + len(sheet)
-    mended = without_scale(fitter, guess, port, along)
-
-    def at(point: FloatArray) -> Law:
-        return guess.law(port, guess.found.values + point[:count] @ along)
-
-    best = evaluate(fitter, guess.law(port), pulls)
-    lowest, highest = sheet.bounds()
-    low = np.concatenate([np.full(count, -_FAR), lowest])
-    high = np.concatenate([np.full(count, _FAR), highest])
-    price = np.array([*rough, *[PULL_PRICE] * len(sheet)])
-    reached = np.clip(np.concatenate([np.zeros(count), pulls]), low, high)
-    gap = best.gap
-    slopes = np.zeros((size, *gap.shape))
-
-    def residual(where: FloatArray) -> FloatArray:
-        return fitter.replay.playing(at(where)).gap({}, sheet.constants(where[count:]))
-
-    before = math.inf
-    last: Stage | None = None
+    space = Coordinates(fitter, guess, port)
+    every = range(len(space.price))
+    point = space.begin(pulls)
+    best = evaluate(fitter, *space.parted(point))
+    gap, slopes = best.gap, np.zeros((len(every), *best.gap.shape))
     secants: FloatArray | None = None
-    ended = False
+    before, last, ended = math.inf, None, False
     for stage, most in how:
         # Whatever comes of it, these stages say what the law is and how well it is known.
         done = last is not None and math.sqrt(best.fitted) <= fitter.perfect
@@ -192,133 +108,82 @@ def play(
             continue
         if stage is last and (ended if stage.linear else best.fitted > _STILL * before):
             continue
-        first = last is None
+        fresh = last is None or stage is EXACT
         before, last = best.fitted, stage
         passed: list[tuple[FloatArray, Played]] = []
-
-        def tried(
-            where: FloatArray, passed: list[tuple[FloatArray, Played]] = passed
-        ) -> FloatArray:
-            passed.append((where, evaluate(fitter, at(where), where[count:])))
-            return passed[-1][1].gap
-
-        seen = fitter.blurred(stage.blur_s)
-        objective = Objective(
-            residual=residual,
-            tried=tried,
-            loss_scale=max(LOSS_SCALE * stage.wide, 3.0 * float(np.median(np.abs(seen(gap))))),
-            evidence=sheet.evidence,
-            precision=price,
-            low=low,
-            high=high,
-            seen=seen,
-        )
-        steps = np.array([stage.difference] * count + [stage.pulled] * len(sheet))
-        differences = Differences(steps, stage.central)
+        objective = _objective(fitter, space, stage, gap, passed)
         if stage.linear:
             secants = slopes.copy() if secants is None else secants
-            differentiate(objective, reached, gap, slopes, range(size), differences)
-            objective = _of_linear(objective, _linear(gap, slopes, secants, price, fitter), rows)
+            differentiate(objective, point, gap, slopes, every, space.differences(stage))
+            linear = linear_of(gap, slopes, secants, space.price, fitter)
+            objective = _of_linear(objective, linear, fitter.rows)
         ended = descend(
             objective,
-            reached,
+            point,
             slopes,
-            range(size),
-            range(size),
-            differences,
+            every,
+            every,
+            space.differences(stage),
             most=most,
             least=CONVERGED,
-            fresh=first or stage is EXACT,
-            mended=mended,
+            fresh=fresh,
+            mended=space.mended,
         )
         # The next stage goes on from what this one finds best, as it sees it.
         values = [objective.value(one.gap, where) for where, one in passed]
-        reached, found = passed[int(np.argmin(values))]
+        point, found = passed[int(np.argmin(values))]
         gap = found.gap
         # All samples together may have led into a hole that spikes have dug; the others lead out.
         others = [found] if stage.linear else [best, *(one for _, one in passed)]
         best = min(others, key=lambda one: one.fitted)
     if last is not EXACT or secants is None:
         return best  # a comparison needs no bands
-    linear = _linear(best.gap, slopes, secants, price, fitter).ravel()
-    slopes = slopes[:, :, rows].reshape(size, -1)
-    half, pull_half = _half_widths(best, slopes * linear, along, price, guess, fitter)
-    unseen = _unseen(best, slopes, price, fitter)
-    return dataclasses.replace(best, half=half, pull_half=pull_half, unseen=unseen)
+    linear = linear_of(best.gap, slopes, secants, space.price, fitter)
+    seen = slopes[:, :, fitter.rows].reshape(len(slopes), -1)
+    half, pull_half = half_widths(
+        best.law, best.gap, seen * linear.ravel(), space.along, space.price, guess, fitter
+    )
+    left = unseen(best.gap, seen, space.price, fitter)
+    return dataclasses.replace(best, half=half, pull_half=pull_half, unseen=left)
 
 
-def _linear(
-    gap: FloatArray,
-    tangents: FloatArray,
-    secants: FloatArray,
-    price: FloatArray,
+def _objective(
     fitter: Fitter,
-) -> BoolArray:
-    """Which fitted samples of each signal answer linearly, see `fit.linear`."""
-    weights = robust_weights(gap[:, fitter.rows])
-    short, long = (one[:, :, fitter.rows].reshape(len(one), -1) for one in (tangents, secants))
-    found = linear_samples(short, long, weights.ravel(), fitter.sheet.evidence, price)
-    return found.reshape(weights.shape)
+    space: Coordinates,
+    stage: Stage,
+    gap: FloatArray,
+    passed: list[tuple[FloatArray, Played]],
+) -> Objective:
+    """What a stage brings down from a gap; `passed` takes the points that it tries."""
+
+    def residual(point: FloatArray) -> FloatArray:
+        law, pulls = space.parted(point)
+        return fitter.replay.playing(law).gap({}, fitter.sheet.constants(pulls))
+
+    def tried(point: FloatArray) -> FloatArray:
+        passed.append((point, evaluate(fitter, *space.parted(point))))
+        return passed[-1][1].gap
+
+    seen = fitter.blurred(stage.blur_s)
+    return Objective(
+        residual=residual,
+        tried=tried,
+        loss_scale=max(LOSS_SCALE * stage.wide, 3.0 * float(np.median(np.abs(seen(gap))))),
+        evidence=fitter.sheet.evidence,
+        precision=space.price,
+        low=space.low,
+        high=space.high,
+        seen=seen,
+    )
 
 
 def _of_linear(objective: Objective, linear: BoolArray, rows: BoolArray) -> Objective:
     """The objective where these of the fitted samples count alone."""
-    share = float(linear.mean())
     return dataclasses.replace(
         objective,
         seen=lambda gap: gap[:, rows][linear],
-        evidence=share * objective.evidence,
+        evidence=float(linear.mean()) * objective.evidence,
     )
-
-
-def _half_widths(
-    best: Played,
-    slopes: FloatArray,
-    along: FloatArray,
-    price: FloatArray,
-    guess: Guess,
-    fitter: Fitter,
-) -> tuple[FloatArray, FloatArray]:
-    """Half the widths of the 95 % bands of values and pulls.
-
-    Along the directions that the law moved, from the replays; across them from the regression.
-    """
-    count, time_s = len(along), fitter.replay.time_s
-    spread, stretches = spreads(slopes, best.gap, fitter.rows, time_s, fitter.sheet.evidence, price)
-    moved = np.einsum("ik,sij,jk->sk", along, spread[:, :count, :count], along).max(axis=0)
-    across = np.eye(along.shape[1]) - np.linalg.pinv(along) @ along
-    stayed = np.einsum("ki,ij,kj->k", across, guess.found.covariance, across)
-    variance = np.maximum(moved, 0.0) + np.maximum(stayed, 0.0)
-    own = np.maximum(np.diagonal(spread, axis1=1, axis2=2).max(axis=0)[count:], 0.0)
-    half = np.hypot(quantile(stretches) * np.sqrt(variance), FORM * np.abs(best.law.values))
-    return half, 1.96 * np.sqrt(own)
-
-
-def _unseen(best: Played, slopes: FloatArray, price: FloatArray, fitter: Fitter) -> FloatArray:
-    """The gap on each fitted stretch as the others alone would leave it, beside the held-out ones.
-
-    Without a stretch the fit moves by a Newton step from where it is.
-    """
-    rows = fitter.rows
-    stretch = stretch_of(fitter.replay.time_s[rows])
-    gap = best.gap[:, rows]
-    shape = (len(slopes), *gap.shape)
-    weight = robust_weights(gap)
-    pieces = per_square(fitter.sheet.evidence, weight, gap)
-    found = gap.copy()
-    parts = []
-    for one in np.unique(stretch):
-        chosen = stretch == one
-        slope = slopes.reshape(shape)[:, :, chosen].reshape(len(slopes), -1)
-        pushed = slope * weight[:, chosen].ravel()
-        parts.append((chosen, slope, pushed @ slope.T, pushed @ gap[:, chosen].ravel()))
-    whole = sum(part[2] for part in parts)
-    for chosen, slope, own, force in parts:
-        step = inverse_of(pieces * (whole - own) + np.diag(price)) @ (pieces * force)
-        found[:, chosen] += (step @ slope).reshape(len(gap), -1)
-    unseen = best.gap.copy()
-    unseen[:, rows] = found
-    return unseen
 
 
 def at_noise(fitter: Fitter, cost: float) -> bool:
