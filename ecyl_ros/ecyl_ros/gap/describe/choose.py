@@ -278,8 +278,9 @@ class Balance:
         """
         motion = self.motion
         values = [motion.variable(one, trial.on_load, trial.heat_s) for one in trial.of]
+        paired = len(trial.of) > 1 and "direction" not in trial.of  # which has two places
         axes = tuple(
-            Axis.over(name, one[self.visited], paired=len(trial.of) > 1, order=trial.order)
+            Axis.over(name, one[self.visited], paired=paired, order=trial.order)
             for name, one in zip(trial.of, values, strict=True)
         )
         law = self._columns(kind, axes, trial, filtered=not glimpse)
