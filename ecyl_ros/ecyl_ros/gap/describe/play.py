@@ -104,7 +104,7 @@ def play(
     for stage, most in how:
         # Whatever comes of it, these stages say what the law is and how well it is known.
         done = last is not None and math.sqrt(best.fitted) <= fitter.perfect
-        if done and not stage.central:
+        if done and not (stage.linear or stage is EXACT):
             continue
         if stage is last and (ended if stage.linear else best.fitted > _STILL * before):
             continue
