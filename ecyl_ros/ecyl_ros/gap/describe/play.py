@@ -30,7 +30,7 @@ ROUGHLY = ((COARSE, 2),)
 CLOSELY = (
     *((COARSE, 3),) * 2,
     (MEDIUM, 3),
-    *((LINEAR, 1),) * 4,  # which samples count is told anew after each step
+    *((LINEAR, 1),) * 3,  # which samples count is told anew after each step
     *((FINE, 3),) * 3,
     (EXACT, 2),
 )
