@@ -17,7 +17,7 @@ from ecyl_ros.gap.compete.compete import Competition
 from ecyl_ros.gap.describe.apply import described, with_description
 from ecyl_ros.gap.describe.axis import Axis, columns, roughness
 from ecyl_ros.gap.describe.chance import LEVEL, probability
-from ecyl_ros.gap.describe.choose import Choice, Guess, balances_of, choose, standing
+from ecyl_ros.gap.describe.choose import Balance, Choice, Guess, balances_of, choose, standing
 from ecyl_ros.gap.describe.coordinates import without_scale
 from ecyl_ros.gap.describe.describe import Described, describe
 from ecyl_ros.gap.describe.formula import formula
@@ -58,6 +58,15 @@ def _case(name: str | None, seed: int = 1481) -> tuple[Case, Fitter]:
 def _alone(fitter: Fitter) -> Competition:
     """A competition in which nothing earned its place."""
     return Competition(fitter.nominal, fitter.nominal, (), fitter.nominal, (), {})
+
+
+def _chosen(fitter: Fitter, kinds: tuple[str, ...]) -> tuple[Choice, Balance]:
+    """What comes of the sets of variables at some kinds of one balance, and that balance."""
+    motion = Motion.of(fitter.replay, fitter.replay.full({}))
+    balances = balances_of(missing(motion, fitter.sheet), motion, fitter.rows)
+    choice = choose(kinds, balances, motion)
+    assert choice is not None
+    return choice, balances[kinds[0]]
 
 
 @cache
@@ -124,10 +133,8 @@ def test_the_time_constant_of_heat_is_found_between_those_that_are_tried(
     """Within 5 % of the drawn one: of a drag that grows with heat, and of a winding that heats, of
     which heat alone tells nothing."""
     case, fitter = _case(name, seed)
-    motion = Motion.of(fitter.replay, fitter.replay.full({}))
-    balances = balances_of(missing(motion, fitter.sheet), motion, fitter.rows)
-    choice = choose(kinds, balances, motion)
-    assert choice is not None and choice.best.of == of
+    choice, _ = _chosen(fitter, kinds)
+    assert choice.best.of == of
     (drawn,) = case.effects.values()
     assert choice.best.time_constant_s == pytest.approx(drawn["heat_s"], rel=0.05)
 
@@ -136,18 +143,15 @@ def test_a_band_holds_the_truth_where_impacts_would_hold_the_fit():
     """A drag of speed squared that the sheet's friction is exchanged for: impacts of the flanks,
     which answer with spikes, do not keep the law where it was."""
     case, fitter = _case("x_law_drag_of_speed_squared", 1139385314)
-    motion = Motion.of(fitter.replay, fitter.replay.full({}))
-    balances = balances_of(missing(motion, fitter.sheet), motion, fitter.rows)
-    choice = choose(("friction",), balances, motion)
-    assert choice is not None and choice.best.of == ("speed",)
-    found = choice.best.found
+    choice, balance = _chosen(fitter, ("friction",))
+    assert choice.best.of == ("speed",)
     pulls = fitter.sheet.at_nominal
-    pulls[list(balances["friction"].pulled)] = found.pulls
+    pulls[list(balance.pulled)] = choice.best.found.pulls
     played = play(fitter, choice.best, "load_friction", pulls)
     (places,) = played.law.at
     true = truth(case, ("speed",), [np.array(places)])
     assert true is not None
-    seen = balances["friction"].seen(choice.best)
+    seen = balance.seen(choice.best)
     values = np.maximum(np.array(played.law.values), 0.0)
     inside = np.abs(values - true)[seen] <= played.half[seen]
     assert np.mean(inside) >= 0.9
