@@ -122,7 +122,8 @@ def _investigated(
 ) -> tuple[dict, str]:
     """The story that the command tells of a case, and what it said on stderr."""
     folder.mkdir(parents=True)
-    hidden = _drawn(1000 * options.seed + case, name, nominal, options.sheet)
+    seed = 1000 * options.seed + case
+    hidden = _drawn(seed, name, nominal, options.sheet, options.duration)
     for drive, file in ((nominal, "sheet.yaml"), (hidden, "hidden.yaml")):
         flat = drive_to_flat(drive)
         text = yaml.safe_dump({"/**": {"ros__parameters": flat}}, sort_keys=False)
@@ -139,10 +140,12 @@ def _investigated(
     return json.loads(story.read_text(encoding="utf-8")), done.stderr.strip()
 
 
-def _drawn(seed: int, name: str, nominal: DriveParameters, sheet: float) -> DriveParameters:
+def _drawn(
+    seed: int, name: str, nominal: DriveParameters, sheet: float, duration: float
+) -> DriveParameters:
     """A machine off its sheet, with one fault; drawn again where its loops would be unstable."""
     rng = np.random.default_rng([seed, 26])
-    scale = _scale(nominal)
+    scale = _scale(nominal, duration)
     for _ in range(20):
         values: Values = INSIDE[name].draw(Draw(rng, nominal, scale))
         values = leaving_the_sheet(name, values, nominal, rng)
@@ -162,11 +165,11 @@ def _drawn(seed: int, name: str, nominal: DriveParameters, sheet: float) -> Driv
     raise SystemExit(f"{name}: no stable machine was drawn")
 
 
-def _scale(drive: DriveParameters) -> Scale:
+def _scale(drive: DriveParameters, duration: float) -> Scale:
     """Peaks of the healthy drive on the first motion."""
-    motion, _ = survey(drive, 8.0)
+    motion, _ = survey(drive, duration)
     rate = drive.sample_rate
-    run = simulate(drive, lambda index: motion.sample(index / rate), 8.0)
+    run = simulate(drive, lambda index: motion.sample(index / rate), duration)
     shown = simulation_recording(run, drive)
     current = peak(shown.current_q_a)
     return Scale(

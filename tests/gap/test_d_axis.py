@@ -41,6 +41,14 @@ def test_a_loop_answers_the_noise_of_i_d() -> None:
     assert has_d_loop(silent, DRIVE) is None
 
 
+def test_a_voltage_held_now_and_then_is_no_loop() -> None:
+    """Where the controller left out every fiftieth tick, u_d is still decoupling alone."""
+    recording = _decoupled()
+    voltage = np.array(recording.voltage_d_v)
+    voltage[50::50] = voltage[49:-1:50]
+    assert has_d_loop(dataclasses.replace(recording, voltage_d_v=voltage), DRIVE) is False
+
+
 def test_without_u_d_it_counts_what_i_d_is_nearer_to() -> None:
     """What decoupling leaves is seen ten times below the noise; noise alone follows nothing."""
     left = np.sin(np.arange(5000) * 0.01)

@@ -46,6 +46,6 @@ class Played:
 def missed(played: Played) -> str:
     """What missed ticks mean, in a sentence."""
     return (
-        f"the drive missed {played.missed_ticks} of its control ticks: what it did then is not "
+        f"the drive missed {played.missed_ticks} of its control ticks: what it did then may not be "
         "the machine's, and may show as a gap that no effect explains"
     )

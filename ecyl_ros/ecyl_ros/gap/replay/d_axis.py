@@ -22,7 +22,8 @@ _ROUNDED = 1e-6  # of u_d: by so much the same product may differ
 def has_d_loop(recording: Recording, drive: DriveParameters) -> bool | None:
     """Whether u_d holds more than the decoupling of what was read; None where it is not recorded.
 
-    A loop answers the noise of i_d by its gain, which is taken to be that of the loop of i_q.
+    A loop answers the noise of i_d by its gain, which is taken to be that of the loop of i_q, and
+    at all times: samples at which the voltage was held count for no more than their number.
     """
     voltage, read = recording.voltage_d_v, recording.current_d_a
     turned = recording.rotor_velocity_rad_per_s * recording.current_q_a
@@ -30,10 +31,26 @@ def has_d_loop(recording: Recording, drive: DriveParameters) -> bool | None:
     if known.sum() < 3 or not turned[known].any():
         return None
     voltage, turned, read = voltage[known], turned[known], read[known]
-    beyond = voltage - (voltage @ turned) / (turned @ turned) * turned
-    noise = float(np.std(np.diff(read, 2))) / math.sqrt(6.0)
-    none = max(_SHARE * drive.controller.current.kp * noise, _ROUNDED * float(np.std(voltage)))
-    return float(np.std(beyond)) > none
+    beyond = _spread(voltage - _ratio(voltage, turned) * turned)
+    noise = _spread(np.diff(read, 2)) / math.sqrt(6.0)
+    return beyond > max(
+        _SHARE * drive.controller.current.kp * noise, _ROUNDED * float(np.std(voltage))
+    )
+
+
+def _ratio(voltage: FloatArray, turned: FloatArray) -> float:
+    """By which `turned` comes nearest to `voltage`: the median of their ratios, weighed by what
+    each says (least absolute deviations)."""
+    moving = turned != 0.0
+    ratios, weights = voltage[moving] / turned[moving], np.abs(turned[moving])
+    order = np.argsort(ratios)
+    said = np.cumsum(weights[order])
+    return float(ratios[order][np.searchsorted(said, 0.5 * said[-1])])
+
+
+def _spread(values: FloatArray) -> float:
+    """Standard deviation, by the median."""
+    return 1.4826 * float(np.median(np.abs(values)))
 
 
 def follows(read: FloatArray, left: FloatArray, usable: NDArray[np.bool_]) -> bool:

@@ -2,22 +2,51 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
+import numpy as np
+from numpy.typing import NDArray
+
 from ...drive.compiled import kernel
 from ...drive.engine import run_ticks
+
+FloatArray = NDArray[np.float64]
+
+
+def pushed_at(instants: FloatArray, pushes: Iterable[tuple[FloatArray, FloatArray]]) -> FloatArray:
+    """All torques together at instants float64[m]: float64[m, 2], N m on rotor and load.
+
+    pushes: of each its times float64[n], s, and float64[2, n]; straight lines between them.
+    """
+    pushed = np.zeros((len(instants), 2))
+    for at, pair in pushes:
+        pushed += np.column_stack([np.interp(instants, at, one) for one in pair])
+    return pushed
 
 
 @kernel
 def run_pushed(
-    ticks, every, reference, plant, cascade, pending, params, samples, inputs, torque, slopes
+    first_tick,
+    ticks,
+    every,
+    reference,
+    plant,
+    cascade,
+    pending,
+    params,
+    samples,
+    inputs,
+    torque,
+    slopes,
 ):
-    """`run_ticks` from tick 0 with torque on rotor and load; arguments as there.
+    """`run_ticks` with torque on rotor and load; arguments as there.
 
     torque: float64[m, 2] at the reference's samples, N m, straight lines between them. slopes:
     1 / inertia of rotor and load. What a tick's torque does to speeds and angles is added at its
     end, as to a body that is free: an error of second order in the tick.
     """
     tick_s = params[0].tick
-    for tick in range(ticks):
+    for tick in range(first_tick, first_tick + ticks):
         run_ticks(tick, 1, every, reference, plant, cascade, pending, params, samples, inputs)
         index = tick // every
         share = (tick - index * every + 0.5) / every

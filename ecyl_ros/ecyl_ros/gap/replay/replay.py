@@ -21,14 +21,14 @@ from ...drive.parameters import DriveParameters
 from ...drive.plant import MEASURED, voltage_queue
 from ...drive.tolerances import with_constants
 from ...effects.catalogue import CATALOGUE
-from ...errors import InputError
 from ...recording.signals import Recording
 from ..split import held_out_of
 from .d_axis import follows, has_d_loop
 from .first_state import first_state
 from .grid import Grid
+from .held import held_ticks, run_holding
 from .injected import injected
-from .pushed import run_pushed
+from .pushed import pushed_at, run_pushed
 from .screen import screen
 from .sensor_noise import declared_noise, roughness, silent, with_noise, with_steps
 
@@ -112,7 +112,6 @@ class Replay:
     def __init__(self, recording: Recording, drive: DriveParameters, source: str) -> None:
         self.source = source
         self._tally, self._counting = [0, 0], threading.Lock()
-        self._check(recording)
         recording, notes = screen(recording, drive, source)
         drive = with_steps(drive, recording)
         self.recording = recording
@@ -133,6 +132,12 @@ class Replay:
         self.proportional_noise_v = max(stated["voltage_q"], 1e-12)
         self._grid = Grid.under(self.time_s, recording.rate_hz, self.drive.controller.rate)
         self._reference = self._grid.reference(recording)
+        self._left_out = held_ticks(recording, self._grid, drive)
+        if len(self._left_out):
+            self.notes.append(
+                f"the controller left out {len(self._left_out)} of {self._grid.ticks} ticks (it "
+                "held the voltage, to the last digit): the replay leaves them out, too"
+            )
         self.usable = np.ones(len(self.time_s), dtype=bool)
         self._leave_out_gaps()
         self.floor = np.array([max(stated[one.name], 1e-30) for one in self.signals])
@@ -143,22 +148,6 @@ class Replay:
         self._holds_i_d = self._shows_no_i_d()
         self.floor = self._settle_floor(stated)
         self.healthy = self.healthy_with({})
-
-    def _check(self, recording: Recording) -> None:
-        if len(recording) < 200:
-            raise InputError(
-                f"{self.source}: {len(recording)} samples, expected at least 200 to diagnose"
-            )
-        known = np.isfinite(recording.reference_position_m)
-        if known.sum() < 0.5 * len(recording):
-            raise InputError(
-                f"{self.source}: /ecyl/reference holds {int(known.sum())} of {len(recording)} "
-                "positions, expected at least half of them to replay the loop"
-            )
-        if not any(recording.has(one.recorded) for one in SIGNALS):
-            raise InputError(
-                f"{self.source}: no rotor, rod, current or voltage signal, expected at least one"
-            )
 
     def _settle_floor(self, stated: dict[str, float]) -> FloatArray:
         """Standard deviation of each signal's noise: as stated, or more where it is rougher.
@@ -344,27 +333,30 @@ class Replay:
             self._tally[0] += 1
             each = _STIFF_COST if params[0]["current_span"] > 0.0 else 1
             self._tally[1] += ticks * (_TICK_COST + each * int(params[0]["substeps"]))
+        pending = voltage_queue(params)
         run = (
             self._grid.every,
             self._reference,
             self._plant.copy(),
             cascade,
-            voltage_queue(params),
+            pending,
             params,
             samples,
             np.zeros(len(MEASURED)),
         )
         pushes = [] if torque is None else [(self.time_s, torque)]
         pushes += [] if self._injected is None else [self._injected]
-        if not pushes:
-            run_ticks(0, ticks, *run)
-        else:
-            grid = self._grid.instants()
-            pushed = np.zeros((len(grid), 2))
-            for at, pair in pushes:
-                pushed += np.column_stack([np.interp(grid, at, one) for one in pair])
-            slopes = np.array([params[0]["per_rotor_inertia"], params[0]["per_load_inertia"]])
-            run_pushed(ticks, *run, pushed, slopes)
+        pushed = pushed_at(self._grid.instants(), pushes) if pushes else None
+        slopes = np.array([params[0]["per_rotor_inertia"], params[0]["per_load_inertia"]])
+
+        def advance(first: int, count: int) -> None:
+            if pushed is None:
+                run_ticks(first, count, *run)
+            else:
+                run_pushed(first, count, *run, pushed, slopes)
+
+        held = self._left_out[self._left_out < ticks].tolist()
+        run_holding(advance, ticks, held, cascade, pending, samples)
         return samples
 
     def full(self, effects: Effects, torque: FloatArray | None = None) -> FloatArray:

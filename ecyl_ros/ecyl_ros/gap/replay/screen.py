@@ -12,6 +12,7 @@ from ...drive.parameters import DriveParameters
 from ...errors import InputError
 from ...recording.signals import FloatArray, Recording
 
+LEAST_SAMPLES = 200
 LONGEST_S = 40.0  # a longer recording is judged on its liveliest stretch of this length
 _OUTLIER_SHARE = 2.0  # times the range of the rest: impacts of the flanks are spikes, too
 _OUTLIERS_AT_MOST = 0.01  # share of samples; more of them are no outliers
@@ -31,8 +32,10 @@ def screen(
 ) -> tuple[Recording, list[str]]:
     """The recording with unusable values taken out (NaN), and a line on each thing taken out.
 
-    Raises InputError where the drive file plainly belongs to another machine.
+    Raises InputError where the drive file plainly belongs to another machine, or there is no
+    reference to replay, no signal to compare with, or too little of either.
     """
+    _check(recording, source)
     recording, notes = _liveliest(recording)
     changed: dict[str, Any] = {}
     moving = _spread(recording.reference_position_m) > 0.0
@@ -55,6 +58,23 @@ def screen(
         recording = dataclasses.replace(recording, **changed)
     _check_ratio(recording, drive, source)
     return recording, notes
+
+
+def _check(recording: Recording, source: str) -> None:
+    if len(recording) < LEAST_SAMPLES:
+        raise InputError(
+            f"{source}: {len(recording)} samples, expected at least {LEAST_SAMPLES} to diagnose"
+        )
+    known = np.isfinite(recording.reference_position_m)
+    if known.sum() < 0.5 * len(recording):
+        raise InputError(
+            f"{source}: /ecyl/reference holds {int(known.sum())} of {len(recording)} "
+            "positions, expected at least half of them to replay the loop"
+        )
+    if not any(recording.has(name) for name in SCREENED):
+        raise InputError(
+            f"{source}: no rotor, rod, current or voltage signal, expected at least one"
+        )
 
 
 def _spread(values: FloatArray) -> float:
