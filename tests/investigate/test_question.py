@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Sequence
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -70,14 +71,22 @@ def _investigated(
     answers: list[Any],
     motions: int = 4,
     ended: str | None = None,
+    missed: Sequence[int | Exception] = (),
 ) -> tuple[Any, list[float], list[Any]]:
-    """The story of diagnoses that come in turn; lengths of motions; what was planned for."""
+    """The story of diagnoses that come in turn; lengths of motions; what was planned for.
+
+    missed: ticks that the drive misses in each motion, or what comes instead of it; then none.
+    """
     lengths: list[float] = []
     planned: list[Any] = []
 
     def play(motion: Planned, bounds: Bounds, out: Path) -> Played:
         lengths.append(motion.duration_s)
-        return Played(out, 10, 1e-3, 1.0, ended, True)
+        late = missed[len(lengths) - 1] if len(lengths) <= len(missed) else 0
+        if isinstance(late, Exception):
+            raise late
+        out.write_text(f"played as number {len(lengths)}")
+        return Played(out, 1000, 1e-3, 1.0, ended, True, late)
 
     def judged(recordings: Any, drive_file: Path, tell: Any) -> Any:
         data = answers[len(recordings) - 1]
@@ -135,6 +144,26 @@ def test_the_loop_ends_with_its_budget_and_with_a_drive_that_was_stopped(
     story, _, _ = _investigated(tmp_path / "b", monkeypatch, [], ended="current of 60 A")
     assert story.outcome == "ended" and "current of 60 A" in story.said
     assert story.steps[0].diagnosis is None
+
+
+def test_a_motion_in_which_many_ticks_were_missed_is_played_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Once more, twice at the most, or not where the drive will not; every recording is kept."""
+    every = DRIVE.telemetry_every
+    many, few = 6 * every, 4 * every  # of 1000 samples
+    refused = InputError("the drive is gone")
+    for name, missed, wanted in (
+        ("again", [many, few], ["", "_late_1"]),
+        ("twice", [many, many, many], ["", "_late_1", "_late_2"]),
+        ("refused", [many, refused], [""]),
+    ):
+        answers = [_diagnosis("explained", causes=[_cause()])]
+        story, lengths, _ = _investigated(tmp_path / name, monkeypatch, answers, missed=missed)
+        assert story.outcome == "decided" and len(lengths) == len(missed)
+        kept = sorted((tmp_path / name / "found").glob("*.mcap"))
+        assert [one.stem for one in kept] == [f"motion_1{end}" for end in wanted]
+        assert kept[0].read_text() == f"played as number {len(wanted)}"
 
 
 def test_a_planned_motion_too_near_the_limits_is_not_played(

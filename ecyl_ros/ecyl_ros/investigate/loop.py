@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import json
+import os
 import time
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -14,6 +16,7 @@ from ..drive.parameters import DriveParameters
 from ..drive.reference.planned import Planned
 from ..errors import InputError
 from ..gap.report import quantities as q
+from ..nodes.realtime import FEW_MISSED
 from ..plan.healthy import Healthy
 from ..plan.make import BUDGET_S, Plan, make_plan
 from ..recording.atomic import write_text
@@ -25,6 +28,7 @@ from .story import DECIDED, ENDED, OPEN, Step, Story
 from .survey import survey
 
 LONGEST_S = 60.0  # of a motion: what was not decided by one is asked again by one twice as long
+_AGAIN = 2  # times that a motion is played once more, where the drive missed many ticks in it
 FIRST = "nothing is known of this machine yet: a little of everything"
 
 
@@ -174,11 +178,12 @@ class Investigation:
         file = self._out / f"motion_{number}.yaml"
         write_text(file, motion.as_file({"drive": self._drive_file.name}))
         try:
-            played = self._play(motion, bounds, file.with_suffix(".mcap"))
+            played = self._in_time(motion, bounds, file.with_suffix(".mcap"))
         except BaseException:
             file.unlink(missing_ok=True)
             if made:
-                self._out.rmdir()
+                with suppress(OSError):  # a recording is in it
+                    self._out.rmdir()
             raise
         self._tell(
             f"  recorded {played.samples} samples: tracking error up to "
@@ -189,6 +194,25 @@ class Investigation:
             self._tell(f"  {missed(played)}")
         why = asked.why if asked else FIRST
         return Step(number, why, motion.duration_s, file, played, bounds, plan)
+
+    def _in_time(self, motion: Planned, bounds: Bounds, file: Path) -> Played:
+        """What came of a motion, played once more where the computer was too late too often."""
+        played = self._play(motion, bounds, file)
+        for late in range(1, _AGAIN + 1):
+            ticks = played.samples * self._drive.telemetry_every
+            many = (played.missed_ticks or 0) > FEW_MISSED * ticks
+            if played.ended is not None or played.recording is None or not many:
+                break
+            self._tell(f"  {missed(played)}: once more")
+            kept = file.with_stem(f"{file.stem}_late_{late}")
+            os.replace(recording := played.recording, kept)
+            try:
+                played = self._play(motion, bounds, file)
+            except InputError as error:
+                self._tell(f"  not played again: {error}")
+                os.replace(kept, recording)
+                break
+        return played
 
     def _diagnosed(self, step: Step) -> Step:
         assert step.played.recording is not None  # of a motion played to its end

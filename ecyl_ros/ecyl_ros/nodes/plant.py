@@ -45,7 +45,7 @@ from .compiling import compiling
 from .direct_executor import DirectExecutor
 from .drive_node import DriveNode
 from .ready_bytes import Incoming, Outgoing
-from .realtime import TickTiming, watchdog_ns, with_transport_delay
+from .realtime import FEW_MISSED, TickTiming, watchdog_ns, with_transport_delay
 from .run_node import run_node
 from .scheduling import Awake, run_as_others, run_first
 
@@ -54,7 +54,6 @@ START_DELAY_S = 0.5  # real time: from announcing the epoch to the first tick
 # a third one soon after says that the machine does not hold the rate.
 LOSSES = 3
 LOSSES_S = 10.0
-FEW_MISSED = 0.005  # of the ticks between two reports: more are worth a warning
 AT_REST_S = 0.5  # shorted windings brake the motor for so long before the run is ended
 _TELEMETRY_FIELDS = [
     f"{joint}.{field}" for field in JOINT_FIELDS for joint in wire.TELEMETRY_JOINTS

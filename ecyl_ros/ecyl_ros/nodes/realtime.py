@@ -20,6 +20,7 @@ _QUANTILES = (0.5, 0.99, 0.999)
 # Of the histogram that is told: ten for each factor of ten from 10 us to 0.1 s.
 _TOLD_EXPONENTS, _TOLD_PER_DECADE = (-5, -1), 10
 
+FEW_MISSED = 0.005  # of the ticks: more are worth a warning
 # More than this share of the ticks of so long missed: the loop is no longer the drive file's.
 MOST_MISSED, MISSED_S = 0.5, 10.0
 

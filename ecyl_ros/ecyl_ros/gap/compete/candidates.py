@@ -11,11 +11,14 @@ import dataclasses
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 
+import numpy as np
+
 from ...effects.catalogue import CATALOGUE, MODULES
 from ..fit.descent import approach, close_in, glimpse, polish, sheet_alone, unbent
 from ..fit.fit import Fit, Fitter
 from ..fit.robust import misfit
 from ..fit.stages import MEDIUM
+from ..fit.valley import near_floor
 from ..side_by_side import side_by_side
 from .begin import Beginnings
 from .chained import chained
@@ -107,7 +110,7 @@ class Candidates:
         """
 
         def approached(some: Sequence[Fit]) -> list[Fit]:
-            return side_by_side(lambda one: approach(self.fitter, one, self.null), some)
+            return side_by_side(self._approached, some)
 
         near = approached(fits[:_LEADERS])
         reach = BEHIND * min(one.fitted for one in near)
@@ -119,6 +122,15 @@ class Candidates:
         left += [one for one in near if one.fitted > reach]
         closer = side_by_side(lambda one: close_in(self.fitter, one, self.null), ahead)
         return sorted(closer + left, key=lambda one: one.fitted)
+
+    def _approached(self, start: Fit) -> Fit:
+        """A fit from afar; where the sheet is bent beyond its tolerances, from it as it is, too."""
+        near = approach(self.fitter, start, self.null)
+        bent = bool(np.any(np.abs(start.pulls) > 1.0))
+        if not bent or near_floor(near, self.fitter):
+            return near
+        other = approach(self.fitter, self.fitter.evaluate(start.values), self.null)
+        return min(near, other, key=lambda one: one.fitted)
 
     def searched(self, fits: Sequence[Fit]) -> list[Fit]:
         """Fit each from afar; those that have come nearest so far go first."""

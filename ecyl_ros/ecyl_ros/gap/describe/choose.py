@@ -12,13 +12,11 @@ import itertools
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple
 
 import numpy as np
 from scipy.optimize import minimize_scalar
 
 from ...drive.law import PERIODS, Law, order_of
-from ...effects.lines import explained
 from ..fit.robust import LOSS_SCALE, robust_weights
 from ..replay.replay import BoolArray, FloatArray
 from ..sheet import EVIDENCE_PER_S
@@ -26,33 +24,17 @@ from .axis import Axis, columns, roughness
 from .missing import ROD, TORQUE, VOLTAGE, Missing
 from .motion import HEAT_S, Motion
 from .regress import SMOOTH, Regression, Rows, regress
+from .trials import COARSE, FINEST, Trial, pairs, singles, waves
 from .visited import Visited
 
 _ONE_SIDED_95 = 1.645
-LEAST_TURNS = 1.5  # of a periodic variable, before it says anything of a period
 _EXPLAINS = 0.5  # share of what the sheet alone leaves of a balance that a law has to predict
 _VISITED = 3  # samples about a place from which it counts as visited
 _NEAR = 2  # sets of each sort that are tried in closed loop
 _LOOKED_AT = 5  # pairs of variables that are looked at closely
-_COARSE = 12  # times a turn that the table of a whole turn holds, at four places each
-_FINEST = 96  # times a turn, as the catalogue's own waves
 _HEAT_STEP = math.log(HEAT_S[1] / HEAT_S[0])  # from one time constant of heat to the next
 _HEAT_FOUND = 0.02  # of a time constant: so near it is found
-_WAVES = 2  # finer ones that are tried
-
-_PLACE = ("position", "rotor_angle", "screw_angle")
-_ALIKE = (set(_PLACE), {"speed", "direction"}, {"current", "torque", "voltage"})
-
-_ANSWERS = {"current", "torque"}
-
-_FREE = {
-    "torque": (*_PLACE, "speed", "current", "torque", "time", "heat", "travel"),
-    "friction": (*_PLACE, "speed", "direction", "current", "torque", "time", "heat"),
-    "inverter_voltage": (*_PLACE, "speed", "current", "time", "heat"),
-    "current_error": (*_PLACE, "speed", "current", "time", "heat"),
-    "rod_error": (*_PLACE, "speed", "direction", "time"),
-    "following_error": (*_PLACE, "speed"),
-}
+_ANSWERS = {"current", "torque"}  # what the loop answers with
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,7 +65,7 @@ class Guess:
     @property
     def looked_at(self) -> int:
         """Orders that it was chosen from."""
-        return _FINEST - _COARSE if self.order > 1 else 0
+        return FINEST - COARSE if self.order > 1 else 0
 
     def with_values(self, values: FloatArray) -> Guess:
         """The same with other values."""
@@ -144,82 +126,22 @@ class Choice:
         return guess.found.error <= (1.0 - _EXPLAINS) * self.alone.error
 
 
-class Trial(NamedTuple):
-    """Variables to be tried: of the load or the rotor, with a time constant of heat, s, or of what
-    repeats itself `order` times a turn."""
+def heated(kind: str, trial: Trial, level: float, balance: Balance) -> Guess:
+    """A law of heat with the time constant, around that of a trial, that predicts best.
 
-    of: tuple[str, ...]
-    on_load: bool = False
-    heat_s: float = 0.0
-    order: int = 1
-
-
-def singles(kind: str, motion: Visited) -> list[Trial]:
-    """No variable, and each one that makes sense at a kind of port."""
-    found = [] if kind == "friction" else [Trial(())]
-    for one in _FREE[kind]:
-        if motion.periods(one, False) < LEAST_TURNS:
-            continue
-        if one == "torque":
-            found += [Trial((one,), False), Trial((one,), True)]
-        elif one == "heat":
-            found += [Trial((one,), False, heat_s) for heat_s in HEAT_S]
-        else:
-            found.append(Trial((one,)))
-    return found
-
-
-def waves(kind: str, balance: Balance, alone: Regression, motion: Visited) -> list[Trial]:
-    """Laws of an angle too fine for the table of a whole turn: those that explain most.
-
-    alone: what the sheet alone predicts. An order that only sampling makes of another one predicts
-    nothing where a stretch begins at another angle.
+    level: mean square error to begin with.
     """
-    data, found = balance.data, []
-    root = np.sqrt(data.weight)
-    left = root * (data.target - alone.pulls @ data.sheet)
-    base = np.linalg.qr((root * data.sheet).T)[0]
-    orders = np.arange(_COARSE + 1, _FINEST + 1)
-    for name in _FREE[kind]:
-        if name not in PERIODS or motion.periods(name, False) < LEAST_TURNS:
-            continue
-        angle, gain = balance.along(kind, motion.variable(name, False))
-        variance = explained(left, angle, root * gain, base, orders.astype(float))[:, 0]
-        found += [Trial((name,), order=int(orders[one])) for one in np.argsort(-variance)[:_WAVES]]
-    return found
 
-
-def heated(guess: Guess, balance: Balance) -> Guess:
-    """A law of heat with the time constant, between those that are tried, that predicts best."""
-    level, kind = guess.found.error, guess.kind
-
-    def trial(logarithm: float) -> Trial:
-        return Trial(guess.of, guess.on_load, math.exp(logarithm))
+    def at(logarithm: float) -> Trial:
+        return trial._replace(heat_s=math.exp(logarithm))
 
     def error(logarithm: float) -> float:
-        return balance.guess(kind, trial(logarithm), level, glimpse=True).found.error
+        return balance.guess(kind, at(logarithm), level, glimpse=True).found.error
 
-    middle = math.log(guess.time_constant_s)
+    middle = math.log(trial.heat_s)
     ends = (middle - _HEAT_STEP, middle + _HEAT_STEP)
     found = minimize_scalar(error, bounds=ends, method="bounded", options={"xatol": _HEAT_FOUND})
-    return balance.guess(kind, trial(float(found.x)), level)
-
-
-def pairs(kind: str, alone: Sequence[Guess], motion: Visited) -> list[Trial]:
-    """Every two of the variables that were tried alone; heat at every time constant, for what it
-    does alone says nothing of it beside another."""
-    best: dict[str, Guess] = {}
-    for one in alone:
-        if one.kind == kind and len(one.of) == 1 and one.order == 1:
-            name = one.of[0]
-            if name not in best or one.found.error < best[name].found.error:
-                best[name] = one
-    return [
-        Trial(tuple(sorted(pair)), any(best[one].on_load for one in pair), heat_s)
-        for pair in itertools.combinations(best, 2)
-        if not any(set(pair) <= alike for alike in _ALIKE) and motion.fills(*pair, False)
-        for heat_s in (HEAT_S if "heat" in pair else (0.0,))
-    ]
+    return balance.guess(kind, at(float(found.x)), level)
 
 
 def stretches(motion: Visited, rows: np.ndarray) -> np.ndarray:
@@ -406,10 +328,13 @@ def choose(kinds: Sequence[str], balances: Mapping[str, Balance], motion: Visite
     for kind in kinds:
         hot = [one for one in guesses if one.kind == kind and one.of == ("heat",)]
         if hot:
-            guesses.append(heated(min(hot, key=lambda one: one.found.error), balance))
-    for kind, trial in _promising(kinds, guesses, level, balance):
-        guess = balance.guess(kind, trial, level)
-        guesses.append(heated(guess, balance) if "heat" in guess.of else guess)
+            first = min(hot, key=lambda one: one.found.error)
+            guesses.append(heated(kind, _tried(first), first.found.error, balance))
+    for error, kind, trial in _promising(kinds, guesses, level, balance):
+        if "heat" in trial.of:
+            guesses.append(heated(kind, trial, error, balance))
+        else:
+            guesses.append(balance.guess(kind, trial, level))
     guesses.sort(key=lambda one: one.found.error)
     best = standing(guesses)
     return Choice(best, tuple(one for one in guesses if one is not best), alone)
@@ -417,16 +342,16 @@ def choose(kinds: Sequence[str], balances: Mapping[str, Balance], motion: Visite
 
 def _promising(
     kinds: Sequence[str], alone: Sequence[Guess], level: float, balance: Balance
-) -> list[tuple[str, Trial]]:
-    """The pairs of variables that predict best at a glimpse, best first."""
+) -> list[tuple[float, str, Trial]]:
+    """The pairs of variables that predict best at a glimpse, with their errors; best first."""
     glimpsed = [
         (balance.guess(kind, trial, level, glimpse=True).found.error, kind, trial)
         for kind in kinds
         for trial in pairs(kind, alone, balance.motion)
     ]
-    found: dict[tuple[str, tuple[str, ...]], tuple[str, Trial]] = {}
-    for _, kind, trial in sorted(glimpsed, key=lambda one: one[0]):
-        found.setdefault((kind, trial.of), (kind, trial))
+    found: dict[tuple[str, tuple[str, ...]], tuple[float, str, Trial]] = {}
+    for error, kind, trial in sorted(glimpsed, key=lambda one: one[0]):
+        found.setdefault((kind, trial.of), (error, kind, trial))
     return list(found.values())[:_LOOKED_AT]
 
 

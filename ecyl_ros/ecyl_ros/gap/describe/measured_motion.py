@@ -15,7 +15,7 @@ from ..rigid.balance import Balance
 from ..rigid.motion import Motion
 from ..rigid.rest import reversing
 from ..rigid.terms import Catalogue
-from .choose import LEAST_TURNS
+from .trials import LEAST_TURNS
 from .visited import reversals
 
 _CELLS, _VISITED, _FILLED = 10, 3, 0.5  # of a plane: each way, samples of a visit, share visited

@@ -115,6 +115,8 @@ def play(
         if stage.linear:
             secants = slopes.copy() if secants is None else secants
             differentiate(objective, point, gap, slopes, every, space.differences(stage))
+            if space.mended is not None:
+                space.mended(slopes, point)
             linear = linear_of(gap, slopes, secants, space.price, fitter)
             objective = _of_linear(objective, linear, fitter.rows)
         ended = descend(
