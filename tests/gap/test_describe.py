@@ -16,11 +16,13 @@ from ecyl_ros.drive.law import Law
 from ecyl_ros.gap.compete.compete import Competition
 from ecyl_ros.gap.describe.apply import described, with_description
 from ecyl_ros.gap.describe.axis import Axis, columns, roughness
+from ecyl_ros.gap.describe.balance import Balance, balances_of
 from ecyl_ros.gap.describe.chance import LEVEL, probability
-from ecyl_ros.gap.describe.choose import Balance, Choice, Guess, balances_of, choose, standing
+from ecyl_ros.gap.describe.choose import Choice, choose, standing
 from ecyl_ros.gap.describe.coordinates import without_scale
 from ecyl_ros.gap.describe.describe import Described, describe
 from ecyl_ros.gap.describe.formula import formula
+from ecyl_ros.gap.describe.guess import Guess
 from ecyl_ros.gap.describe.missing import TORQUE, missing
 from ecyl_ros.gap.describe.motion import Motion
 from ecyl_ros.gap.describe.nearest import played_curve

@@ -14,8 +14,9 @@ from rigid_machines import LINEAR, ROTARY, Motion, motion, recorded
 import ecyl_ros as ec
 from ecyl_ros.drive.law import law_from_flat, law_to_flat
 from ecyl_ros.gap.describe.description import Description
+from ecyl_ros.gap.describe.guess import Trial
 from ecyl_ros.gap.describe.measured_motion import Decimated, MeasuredMotion
-from ecyl_ros.gap.describe.trials import Trial, singles
+from ecyl_ros.gap.describe.trials import singles
 from ecyl_ros.gap.diagnose import diagnose
 from ecyl_ros.gap.diagnosis import Diagnosis
 from ecyl_ros.gap.report.page import report_html

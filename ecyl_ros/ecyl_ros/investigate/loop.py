@@ -199,13 +199,13 @@ class Investigation:
         """What came of a motion, played once more where the computer was too late too often."""
         played = self._play(motion, bounds, file)
         for late in range(1, _AGAIN + 1):
-            ticks = played.samples * self._drive.telemetry_every
-            many = (played.missed_ticks or 0) > FEW_MISSED * ticks
-            if played.ended is not None or played.recording is None or not many:
+            recording, ticks = played.recording, played.samples * self._drive.telemetry_every
+            few = (played.missed_ticks or 0) <= FEW_MISSED * ticks
+            if played.ended is not None or recording is None or few:
                 break
             self._tell(f"  {missed(played)}: once more")
             kept = file.with_stem(f"{file.stem}_late_{late}")
-            os.replace(recording := played.recording, kept)
+            os.replace(recording, kept)
             try:
                 played = self._play(motion, bounds, file)
             except InputError as error:

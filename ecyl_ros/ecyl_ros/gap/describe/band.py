@@ -13,7 +13,7 @@ from ..inverse import inverse_of
 from ..judge.intervals import FORM, quantile, spreads
 from ..replay.replay import BoolArray, FloatArray
 from ..split import stretch_of
-from .choose import Guess
+from .guess import Guess
 
 
 def linear_of(

@@ -19,7 +19,7 @@ from ..fit.torque_scale import TorqueScale, of_torque, take_out
 from ..replay.replay import FloatArray
 from ..sheet import PULL_PRICE
 from .axis import roughness
-from .choose import Guess
+from .guess import Guess
 
 _LEAST, _MOST = 6, 30  # directions that a law moves along, beside its own size
 _FAR = 20.0  # times its RMS that a law may move

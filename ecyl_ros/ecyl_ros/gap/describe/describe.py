@@ -28,10 +28,12 @@ from ..locate.locate import pooled
 from ..replay.replay import FloatArray
 from ..split import stretch_of
 from . import words
+from .balance import Balance, balances_of, driving
 from .chance import LEVEL, probability
-from .choose import Balance, Choice, Guess, balances_of, choose, driving
+from .choose import Choice, choose
 from .description import Course, Description, Resembled
 from .formula import formula
+from .guess import Guess
 from .missing import ROD, TORQUE, VOLTAGE, missing
 from .motion import Motion
 from .nearest import played_curve

@@ -22,7 +22,8 @@ from ..diagnosis import BoolArray, Diagnosis, FloatArray
 from ..judge.verdict import shrink_of
 from ..rigid.motion import Motion
 from . import words
-from .choose import Balance, choose
+from .balance import Balance
+from .choose import choose
 from .description import Course, Description
 from .measured_motion import Decimated, MeasuredMotion, place_of
 from .missing import Missing

@@ -9,7 +9,7 @@ import numpy as np
 from ...drive.law import Law
 from ..diagnosis import FloatArray
 from ..fit.fit import Fit, Fitter
-from .choose import Guess
+from .guess import Guess
 from .missing import missing
 from .motion import Motion
 from .points import at_port

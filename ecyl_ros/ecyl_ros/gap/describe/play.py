@@ -22,8 +22,8 @@ from ..fit.robust import LOSS_SCALE, cost
 from ..fit.stages import COARSE, EXACT, FINE, LINEAR, MEDIUM, Stage
 from ..replay.replay import BoolArray, FloatArray
 from .band import half_widths, linear_of, unseen
-from .choose import Guess
 from .coordinates import Coordinates
+from .guess import Guess
 
 # How a law is fitted: stages in turn, each with so many steps at the most.
 ROUGHLY = ((COARSE, 2),)

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from ..diagnosis import FloatArray
-from .choose import Guess, driving
+from .balance import driving
+from .guess import Guess
 from .missing import Missing
 from .motion import Motion
 

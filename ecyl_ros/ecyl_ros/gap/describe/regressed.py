@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 from ...drive.law import Law
 from ..diagnosis import BoolArray, FloatArray
 from ..judge.verdict import EXPLAINED_SHRINK, STRUCTURELESS, shrink_of
+from .balance import Balance
 from .chance import LEVEL, probability
-from .choose import Balance, Choice
+from .choose import Choice
 from .description import Course, Description
 from .formula import formula
 from .missing import Missing

@@ -29,8 +29,10 @@ from ..rigid.sets import Sets
 from ..rigid.solution import Solution
 from ..sheet import PULL_PRICE
 from . import words
-from .choose import Balance, Choice, Guess, choose
+from .balance import Balance
+from .choose import Choice, choose
 from .description import Course, Description, Resembled
+from .guess import Guess
 from .measured_motion import MeasuredMotion
 from .missing import TORQUE, Missing
 from .nearest import curve

@@ -4,22 +4,18 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from ...drive.law import PERIODS
 from ...effects.lines import explained
+from .balance import Balance
+from .guess import COARSE, FINEST, Guess, Trial
 from .motion import HEAT_S
 from .regress import Regression
 from .visited import Visited
 
-if TYPE_CHECKING:
-    from .choose import Balance, Guess
-
 LEAST_TURNS = 1.5  # of a periodic variable, before it says anything of a period
-COARSE = 12  # times a turn that the table of a whole turn holds, at four places each
-FINEST = 96  # times a turn, as the catalogue's own waves
 _WAVES = 2  # finer ones that are tried
 
 _PLACE = ("position", "rotor_angle", "screw_angle")
@@ -33,16 +29,6 @@ _FREE = {
     "rod_error": (*_PLACE, "speed", "direction", "time"),
     "following_error": (*_PLACE, "speed"),
 }
-
-
-class Trial(NamedTuple):
-    """Variables to be tried: of the load or the rotor, with a time constant of heat, s, or of what
-    repeats itself `order` times a turn."""
-
-    of: tuple[str, ...]
-    on_load: bool = False
-    heat_s: float = 0.0
-    order: int = 1
 
 
 def singles(kind: str, motion: Visited) -> list[Trial]:

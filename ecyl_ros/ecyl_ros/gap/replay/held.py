@@ -16,10 +16,8 @@ from numpy.typing import NDArray
 from ...drive.cascade import CascadeState
 from ...drive.engine import VOLTAGE
 from ...drive.parameters import DriveParameters
-from ...recording.signals import Recording
+from ...recording.signals import FloatArray, Recording
 from .grid import Grid
-
-FloatArray = NDArray[np.float64]
 
 _UNLIKE = 0.99  # of all commands: none that is rounded coarsely enough to come again by chance
 _LONGEST_S = 0.1  # for so long a drive holds a voltage, as the node graph's watchdog has it

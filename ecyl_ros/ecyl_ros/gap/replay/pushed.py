@@ -5,12 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ...drive.compiled import kernel
 from ...drive.engine import run_ticks
-
-FloatArray = NDArray[np.float64]
+from ...recording.signals import FloatArray
 
 
 def pushed_at(instants: FloatArray, pushes: Iterable[tuple[FloatArray, FloatArray]]) -> FloatArray:

@@ -9,6 +9,7 @@ import threading
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -334,7 +335,7 @@ class Replay:
             each = _STIFF_COST if params[0]["current_span"] > 0.0 else 1
             self._tally[1] += ticks * (_TICK_COST + each * int(params[0]["substeps"]))
         pending = voltage_queue(params)
-        run = (
+        run: tuple[Any, ...] = (
             self._grid.every,
             self._reference,
             self._plant.copy(),
@@ -346,14 +347,14 @@ class Replay:
         )
         pushes = [] if torque is None else [(self.time_s, torque)]
         pushes += [] if self._injected is None else [self._injected]
-        pushed = pushed_at(self._grid.instants(), pushes) if pushes else None
-        slopes = np.array([params[0]["per_rotor_inertia"], params[0]["per_load_inertia"]])
+        kernel, given = run_ticks, run
+        if pushes:
+            pushed = pushed_at(self._grid.instants(), pushes)
+            slopes = np.array([params[0]["per_rotor_inertia"], params[0]["per_load_inertia"]])
+            kernel, given = run_pushed, (*run, pushed, slopes)
 
         def advance(first: int, count: int) -> None:
-            if pushed is None:
-                run_ticks(first, count, *run)
-            else:
-                run_pushed(first, count, *run, pushed, slopes)
+            kernel(first, count, *given)
 
         held = self._left_out[self._left_out < ticks].tolist()
         run_holding(advance, ticks, held, cascade, pending, samples)
