@@ -1,10 +1,11 @@
-"""The documentation as HTML: `python docs/site/build.py OUT`. Warnings are errors.
+"""The documentation as HTML. Warnings are errors.
 
-Pages in Markdown and the reference of all public modules, from their docstrings.
+Pages in Markdown and the reference of all public modules, from their docstrings, with their source.
 """
 
 from __future__ import annotations
 
+import argparse
 import os
 import shutil
 import sys
@@ -39,8 +40,8 @@ def _refusals(folder: Path) -> list[str]:
     ]
 
 
-def main(out: Path) -> int:
-    """Build into `out`; 0 if nothing was complained of."""
+def main(out: Path, *, sources: bool) -> int:
+    """Build into `out`, with highlighted `sources` or without; 0 if nothing was complained of."""
     # Kernels are documented as the functions they are compiled from.
     warnings.filterwarnings("ignore", message=".* is deprecated. Use", module="sphinx")
     os.environ["NUMBA_DISABLE_JIT"] = "1"
@@ -75,6 +76,7 @@ def main(out: Path) -> int:
                 "html",
                 "-d",
                 trees,
+                *(() if sources else ("-t", "no_sources")),
                 str(source),
                 str(out),
             ]
@@ -82,6 +84,10 @@ def main(out: Path) -> int:
 
 
 if __name__ == "__main__":
-    if len(sys.argv) != 2:
-        sys.exit(__doc__)
-    sys.exit(main(Path(sys.argv[1]).absolute()))
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("out", type=Path, metavar="OUT", help="folder of the pages")
+    parser.add_argument(
+        "--no-sources", action="store_true", help="without the modules' source: takes less time"
+    )
+    given = parser.parse_args()
+    sys.exit(main(given.out.absolute(), sources=not given.no_sources))

@@ -16,8 +16,9 @@ extensions = [
     "myst_nb",
     "sphinx.ext.autodoc",
     "sphinx.ext.napoleon",
-    "sphinx.ext.viewcode",
 ]
+if not tags.has("no_sources"):  # noqa: F821 (Sphinx gives it)
+    extensions.append("sphinx.ext.viewcode")
 root_doc = "index"
 include_patterns = [
     "index.md",

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from ecyl_ros.drive.drive_file import load_drive
-from ecyl_ros.drive.reference.planned import Leg, Planned, read_planned
+from ecyl_ros.drive.reference.leg import Leg
+from ecyl_ros.drive.reference.planned import Planned, read_planned
 from ecyl_ros.drive.reference.spec import make_reference
 from ecyl_ros.errors import InputError
 

@@ -10,7 +10,8 @@ import pytest
 from scipy.interpolate import BPoly
 
 from ecyl_ros.drive.drive_file import load_drive
-from ecyl_ros.drive.reference.planned import Leg, Planned
+from ecyl_ros.drive.reference.leg import Leg
+from ecyl_ros.drive.reference.planned import Planned
 from ecyl_ros.drive.reference.setpoint import SetpointFollower
 from ecyl_ros.drive.reference.trajectory import Point, made
 from ecyl_ros.plan.trajectory import trajectory

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
 import json
 from pathlib import Path
 
@@ -12,17 +13,20 @@ import yaml
 
 from ecyl_ros.cli.main import main
 from ecyl_ros.drive.drive_file import load_drive
-from ecyl_ros.drive.reference.planned import Leg, Planned
+from ecyl_ros.drive.reference.leg import Leg
+from ecyl_ros.drive.reference.planned import Planned
+from ecyl_ros.drive.reference.swing import Swing
 from ecyl_ros.errors import InputError
 from ecyl_ros.gap.replay.replay import SIGNALS
-from ecyl_ros.plan import make
-from ecyl_ros.plan.blocks import library
+from ecyl_ros.plan import make, search
+from ecyl_ros.plan.blocks import Block, library
 from ecyl_ros.plan.diagnosis_file import read_diagnosis
 from ecyl_ros.plan.hypotheses import open_or_alike
 from ecyl_ros.plan.make import make_plan
-from ecyl_ros.plan.others import moves
+from ecyl_ros.plan.others import moves, usual
 from ecyl_ros.plan.predict import Experiment, predicted, separations
 from ecyl_ros.plan.trajectory import as_yaml
+from ecyl_ros.plan.waves import waves
 
 PAIR = ("rotor_coulomb_friction", "load_coulomb_friction")
 
@@ -67,6 +71,48 @@ def test_blocks_begin_and_end_where_the_motion_starts() -> None:
             legs = block.legs(limits, 0.5)
             assert legs[-1].to_m == 0.0
             assert all(limits.stroke_min <= leg.to_m <= limits.stroke_max for leg in legs)
+
+
+def test_waves_keep_the_limits_about_the_start() -> None:
+    """As large as the limits allow; none where the start lies at an end of the stroke."""
+    limits = load_drive("bench").limits
+    one_sided = dataclasses.replace(limits, stroke_min=0.0)
+    made = waves(1.0) + waves(8.0)
+    assert len(made) >= 6
+    for wave, length_s in itertools.product(made, (1.0, 8.0)):
+        (swing,) = wave.legs(limits, length_s)
+        assert swing.refused() is None and swing.length_s == length_s
+        swing.check(limits, 0.0, "wave")
+        larger = dataclasses.replace(swing, amplitude_m=1.01 * swing.amplitude_m)
+        with pytest.raises(InputError, match="expected at most limits"):
+            larger.check(limits, 0.0, "wave")
+        assert wave.legs(one_sided, length_s) == ()
+
+
+def test_motions_that_stand_beside_a_plan_keep_the_same_limits() -> None:
+    """Speed, acceleration and jerk by differences, as large as they may be."""
+    limits = load_drive("bench").limits
+    times = np.arange(0.0, 6.0, 1e-3)
+    for name, motion in usual(limits, 6.0).items():
+        place = np.array([motion.sample(one)[0] for one in times])
+        tops = [float(np.abs(np.diff(place, order)).max()) / 1e-3**order for order in (1, 2, 3)]
+        asked = (limits.speed, limits.acceleration, limits.jerk)
+        shares = [top / most for top, most in zip(tops, asked, strict=True)]
+        assert 0.85 < max(shares) < 1.01, name
+        assert limits.stroke_min <= place.min() <= place.max() <= limits.stroke_max
+
+
+def test_a_multisine_is_planned_where_it_tells_most(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Rest-to-rest moves taken away, the plan is a swing that fills the time."""
+    drive = dataclasses.replace(load_drive("bench"), tolerances={"all": "exact"})
+    slow = [Block(1e-5, 1e-4, 1e-2, 0.0)]
+    monkeypatch.setattr(search, "library", lambda *given: slow)
+    signals = tuple(one.name for one in SIGNALS)
+    plan = make_plan(drive, 2.0, [PAIR], [], {}, signals, [], beside=(), budget_s=20.0)
+    assert any(isinstance(leg, Swing) for leg in plan.motion.legs)
+    plan.motion.check(drive.limits, "plan")
+    assert plan.motion.moving_s == pytest.approx(2.0)
+    assert plan.motion.sample(2.0) == pytest.approx((0.0, 0.0), abs=1e-12)
 
 
 def test_limits_that_leave_no_motion_are_refused() -> None:

@@ -14,7 +14,9 @@ from recording_samples import made
 from scipy.io import savemat
 
 from ecyl_ros.drive.drive_file import config_folder, load_drive
-from ecyl_ros.drive.reference.planned import Leg, Planned
+from ecyl_ros.drive.reference.leg import Leg
+from ecyl_ros.drive.reference.planned import Planned
+from ecyl_ros.drive.reference.swing import Swing
 from ecyl_ros.recording.csvfile import write_csv
 from ecyl_ros.recording.writer import write_recording
 
@@ -140,7 +142,11 @@ def seeds(folder: Path) -> dict[str, list[bytes]]:
     profiles = sorted(config_folder().glob("*.yaml"))
     worked = [path for path in sorted(_FIELD.glob("*.yaml")) if not path.name.endswith(".map.yaml")]
     out["drive"] = [*(path.read_bytes() for path in (*profiles, *worked)), LEARNED.encode()]
-    legs = (Leg(0.004, 0.05, 1.0, 50.0, 0.1), Leg(-0.002, 0.02, 0.5, 50.0), Leg(0.0, 0.05, 1, 50))
+    legs = (
+        Leg(0.004, 0.05, 1.0, 50.0, 0.1),
+        Swing(1e-4, 1.0, 8.0, 0.5, 1.0, 0.2),
+        Leg(0, 0.05, 1, 50),
+    )
     out["motion"] = [Planned(legs, 2.0).as_file({"drive": "bench.yaml"}).encode()]
     out["joint"] = [one.encode() for one in JOINTS]
     out["diagnosis"] = [json.dumps(one, indent=1).encode() for one in _diagnoses()]

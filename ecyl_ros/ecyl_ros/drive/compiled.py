@@ -23,6 +23,7 @@ from numba.core import config
 _PACKAGE = Path(__file__).resolve().parents[1]
 _SOURCES = (
     "drive/*.py",
+    "drive/reference/swing.py",
     "drive/rigid/*.py",
     "effects/*.py",
     "gap/fit/robust.py",

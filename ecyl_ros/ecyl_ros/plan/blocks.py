@@ -9,11 +9,13 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 from ..drive.parameters import DriveParameters, LimitParameters
+from ..drive.reference.leg import Leg
 from ..drive.reference.moves import plan_move
-from ..drive.reference.planned import Leg, Planned
+from ..drive.reference.planned import Planned
 from ..errors import InputError
 
 _REACHES = (1.0, 0.3, 0.1, 0.03, 0.01, 0.003)  # of the widest block that fits
@@ -44,6 +46,19 @@ class Block:
         made = [Leg(to, self.speed, self.acceleration, jerk, self.rest_s) for to in turns]
         home = Leg(0.0, self.speed, self.acceleration, jerk, self.rest_s)
         return (*made, home)
+
+    @property
+    def point(self) -> tuple[float, ...]:
+        """What a search may vary: logarithms of reach, speed and acceleration."""
+        return math.log(self.reach), math.log(self.speed), math.log(self.acceleration)
+
+    def highest(self, limits: LimitParameters, reach: float) -> tuple[float, ...]:
+        """The largest `point` within a drive's limits, and within a reach, m."""
+        return math.log(reach), math.log(limits.speed), math.log(limits.acceleration)
+
+    def moved_to(self, point: Iterable[float]) -> Block:
+        """The block at another point."""
+        return Block(*(math.exp(one) for one in point), self.rest_s)
 
     def _time(self, stops: list[float], jerk: float) -> float:
         """Of one cycle, s."""

@@ -10,8 +10,9 @@ import numpy as np
 from ..drive.parameters import LimitParameters
 from ..drive.reference.base import Reference
 from ..drive.reference.chirp import Chirp
+from ..drive.reference.leg import Leg
 from ..drive.reference.multisine import Multisine
-from ..drive.reference.planned import Leg, Planned
+from ..drive.reference.planned import Planned
 from ..drive.reference.sine import Sine
 from .blocks import widest
 
@@ -30,21 +31,24 @@ def usual(limits: LimitParameters, duration_s: float) -> dict[str, Reference]:
     if reach <= 0.0:  # the start lies at an end of the stroke: what swings about it leaves it
         return {MOVES: moves(limits, duration_s)}
     rate, top = (2.0 * math.pi * one for one in (_SINE_HZ, _HIGH_HZ))
-    sine = min(reach, _SHARE * limits.speed / rate, _SHARE * limits.acceleration / rate**2)
-    chirp = min(reach, _SHARE * limits.speed / top, _SHARE * limits.acceleration / top**2)
+
+    def swing(rate_rad_s: float) -> float:
+        """Amplitude of the largest sine, m."""
+        most = (limits.speed, limits.acceleration, limits.jerk)
+        return min(reach, *(_SHARE * one / rate_rad_s ** (1 + n) for n, one in enumerate(most)))
+
     unit = Multisine(1.0, _LOW_HZ, _HIGH_HZ, _BASE_HZ)
     times = np.linspace(0.0, 1.0 / _BASE_HZ, _SAMPLES)
-    shown = np.array([unit.sample(one) for one in times])
-    faster = np.gradient(shown[:, 1], times)
-    lines = min(
-        reach / np.max(np.abs(shown[:, 0])),
-        _SHARE * limits.speed / np.max(np.abs(shown[:, 1])),
-        _SHARE * limits.acceleration / np.max(np.abs(faster)),
-    )
+    shown = np.array([unit.sample(one) for one in times]).T
+    faster = np.gradient(shown[1], times)
+    peaks = [float(np.max(np.abs(one))) for one in (*shown, faster, np.gradient(faster, times))]
+    most = (limits.speed, limits.acceleration, limits.jerk)
+    rooms = (reach, *(_SHARE * one for one in most))
+    lines = min(room / peak for room, peak in zip(rooms, peaks, strict=True))
     return {
-        "sine": Sine(amplitude=sine, frequency=_SINE_HZ),
-        "chirp": Chirp(amplitude=chirp, start=_LOW_HZ, end=_HIGH_HZ, sweep=duration_s),
-        "multisine": Multisine(float(lines), _LOW_HZ, _HIGH_HZ, _BASE_HZ),
+        "sine": Sine(amplitude=swing(rate), frequency=_SINE_HZ),
+        "chirp": Chirp(amplitude=swing(top), start=_LOW_HZ, end=_HIGH_HZ, sweep=duration_s),
+        "multisine": Multisine(lines, _LOW_HZ, _HIGH_HZ, _BASE_HZ),
         MOVES: moves(limits, duration_s),
     }
 

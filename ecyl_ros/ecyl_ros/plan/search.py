@@ -1,10 +1,12 @@
 """Finds the motion: which blocks, in which shares, then their finer shape.
 
+Blocks are moves out and back, or multisines; a multisine may also take all of the time.
+
 What a recording tells adds up over its blocks: inner products of what the sheet, the hypotheses and
 their differences do to the signals are taken once per block, from one long predicted run through
 all of them, and summed for every choice (as in optimal design of experiments). The choice, and then
-reach, speed and acceleration of its blocks, are found by differential evolution (scipy); the finer
-search predicts each motion in full.
+the figures of its blocks (reach, speed, acceleration; amplitude, frequencies), are found by
+differential evolution (scipy); the finer search predicts each motion in full.
 """
 
 from __future__ import annotations
@@ -18,7 +20,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import differential_evolution
 
-from ..drive.reference.planned import Leg, Planned
+from ..drive.reference.leg import Leg
+from ..drive.reference.planned import Planned
+from ..drive.reference.swing import Swing
 from ..errors import InputError
 from ..gap.limits.columns import Base
 from ..gap.limits.loss import weights
@@ -27,6 +31,7 @@ from .blocks import Block, library
 from .healthy import Healthy, healthy_run
 from .hypotheses import Hypothesis, Pair
 from .predict import Experiment, apart_from_sheet, predicted, response, separations
+from .waves import Wave, waves
 
 SLOTS = 8  # blocks of a plan
 _ROWS = 12000  # of each signal of the long run
@@ -50,7 +55,7 @@ class Blocks:
         level: mean square of noise. precision: of the sheet's price. evidence: of a plan.
     """
 
-    blocks: list[Block]
+    blocks: list[Block | Wave]
     grams: FloatArray
     free: int
     groups: list[list[int]]
@@ -102,7 +107,10 @@ def planned(
     )
     tell(0.5)
     chosen = [blocks.blocks[int(one)] for one in np.sort(found.x)]
-    return _finer(experiment, chosen, pairs, alone, deadline, tell)
+    begun = [chosen, *([one] for one in waves(experiment.duration_s))]
+    best = _best(experiment, begun, pairs, alone, deadline)
+    tell(0.6)
+    return _finer(experiment, best, pairs, alone, deadline, tell)
 
 
 def worth(apart: Sequence[float], seen: Sequence[float]) -> float:
@@ -123,8 +131,8 @@ def _told(experiment: Experiment, hypotheses: Sequence[Hypothesis]) -> Blocks:
     """Every block of the library, run one after the other."""
     drive = experiment.drive
     slot = experiment.duration_s / SLOTS
-    every = library(drive, slot)
-    legs: list[Leg] = []
+    every = [*library(drive, slot), *waves(slot)]
+    legs: list[Leg | Swing] = []
     ends = [0.0]
     for block in every:
         legs += block.legs(drive.limits, slot)
@@ -194,11 +202,11 @@ def _apart(
     return apart, left(alone, ())
 
 
-def assembled(experiment: Experiment, blocks: Sequence[Block]) -> Planned:
+def assembled(experiment: Experiment, blocks: Sequence[Block | Wave]) -> Planned:
     """Blocks in a row, from the start again where time is left, home at the end."""
     limits, duration = experiment.drive.limits, experiment.duration_s
     slot = duration / len(blocks)
-    legs: list[Leg] = []
+    legs: list[Leg | Swing] = []
     used = 0.0
     parts = [block.legs(limits, slot) for block in blocks]
     lengths = [Planned(part, slot).moving_s for part in parts]
@@ -212,36 +220,59 @@ def assembled(experiment: Experiment, blocks: Sequence[Block]) -> Planned:
     return Planned(tuple(legs), duration)
 
 
+def _best(
+    experiment: Experiment,
+    begun: Sequence[Sequence[Block | Wave]],
+    pairs: Sequence[Pair],
+    alone: Sequence[Hypothesis],
+    deadline: float,
+) -> Sequence[Block | Wave]:
+    """Of several rows of blocks the one whose motion is worth most, predicted in full.
+
+    The first unless there is time for others: half of what is left, the rest is the finer search's.
+    """
+    most, best = -math.inf, begun[0]
+    halfway = 0.5 * (time.monotonic() + deadline)
+    for row in begun:
+        reference = assembled(experiment, row)
+        if time.monotonic() > halfway or not reference.legs:
+            continue
+        value = _valued(experiment, reference, pairs, alone)
+        if value > most:
+            most, best = value, row
+    return best
+
+
+def _valued(
+    experiment: Experiment, reference: Planned, pairs: Sequence[Pair], alone: Sequence[Hypothesis]
+) -> float:
+    """What a motion is worth; minus infinity where the healthy drive would lack room."""
+    drive, duration_s = experiment.drive, experiment.duration_s
+    if Healthy.on(drive, reference, duration_s).excess(drive) is not None:
+        return -math.inf
+    return worth(*told(predicted(experiment, reference, duration_s), pairs, alone))
+
+
 def _finer(
     experiment: Experiment,
-    chosen: Sequence[Block],
+    chosen: Sequence[Block | Wave],
     pairs: Sequence[Pair],
     alone: Sequence[Hypothesis],
     deadline: float,
     tell: Callable[[float], None],
 ) -> tuple[Planned, bool]:
-    """The motion with reach, speed and acceleration of its blocks let go, in full prediction."""
+    """The motion with the figures of its blocks let go, in full prediction."""
     limits = experiment.drive.limits
-    top = max(block.reach for block in chosen)
-    start = np.array(
-        [(math.log(one.reach), math.log(one.speed), math.log(one.acceleration)) for one in chosen]
-    ).ravel()
+    top = max((one.reach for one in chosen if isinstance(one, Block)), default=math.nan)
+    start = np.array([one.point for one in chosen]).ravel()
     spread = math.log(2.0)
-    highest = np.tile(
-        [math.log(top), math.log(limits.speed), math.log(limits.acceleration)], len(chosen)
-    )
+    highest = np.array([one.highest(limits, top) for one in chosen]).ravel()
     low, high = start - spread, np.minimum(start + spread, highest)
     tried, whole = 0, True
 
     def motion(point: FloatArray) -> Planned:
-        made = [
-            Block(math.exp(reach), math.exp(speed), math.exp(acceleration), one.rest_s)
-            for one, (reach, speed, acceleration) in zip(chosen, point.reshape(-1, 3), strict=True)
-        ]
-        return assembled(experiment, made)
-
-    def healthy(reference: Planned) -> Healthy:
-        return Healthy.on(experiment.drive, reference, experiment.duration_s)
+        parts = zip(chosen, point.reshape(len(chosen), -1).tolist(), strict=True)
+        return assembled(experiment, [one.moved_to(part) for one, part in parts])
 
     def cost(point: FloatArray) -> float:
         nonlocal tried, whole
@@ -251,12 +282,7 @@ def _finer(
         tried += 1
         tell(0.5 + 0.45 * min(tried / (_FINE_MEMBERS * (_FINE_GENERATIONS + 1)), 1.0))
         reference = motion(point)
-        if not reference.legs:
-            return math.inf
-        if healthy(reference).excess(experiment.drive) is not None:
-            return math.inf
-        base = predicted(experiment, reference, experiment.duration_s)
-        return -worth(*told(base, pairs, alone))
+        return -_valued(experiment, reference, pairs, alone) if reference.legs else math.inf
 
     rng = np.random.default_rng(_SEED)
     members = start + spread * rng.uniform(-1.0, 1.0, (_FINE_MEMBERS, start.size))
@@ -274,7 +300,8 @@ def _finer(
         return motion(found.x), whole
     # No time was left, or nothing kept the limits: the blocks as they were chosen, if they do.
     begun = motion(start)
-    if healthy(begun).excess(experiment.drive) is not None:
+    healthy = Healthy.on(experiment.drive, begun, experiment.duration_s)
+    if healthy.excess(experiment.drive) is not None:
         raise InputError(
             "limits: the blocks that tell most go beyond four fifths of controller.current_limit "
             "or controller.voltage_limit in a row; expected lower limits.speed or "

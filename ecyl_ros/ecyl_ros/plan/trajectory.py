@@ -1,7 +1,8 @@
 """A motion as `trajectory_msgs/JointTrajectory`, for `ecyl/trajectory` or ros2_control.
 
-Its points are where the motion's jerk changes. Quintic splines between them, as the drive's
-reference node and a joint_trajectory_controller lay them, are then the motion itself.
+Its points are where the jerk of moves changes, and close together in swings. Quintic splines
+between them, as the drive's reference node and a joint_trajectory_controller lay them, are then the
+motion itself.
 """
 
 from __future__ import annotations

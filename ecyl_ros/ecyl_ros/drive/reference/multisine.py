@@ -22,7 +22,8 @@ class Multisine:
     offset: float = 0.0
 
     @cached_property
-    def _lines(self) -> list[tuple[float, float]]:
+    def lines(self) -> list[tuple[float, float]]:
+        """(rate rad/s, phase rad) of each."""
         first = max(1, math.ceil(self.start / self.base - 1e-9))
         last = math.floor(self.end / self.base + 1e-9)
         count = last - first + 1
@@ -33,12 +34,12 @@ class Multisine:
 
     @cached_property
     def _start_position(self) -> float:
-        return self.amplitude * sum(math.sin(phase) for _, phase in self._lines)
+        return self.amplitude * sum(math.sin(phase) for _, phase in self.lines)
 
     def sample(self, time_s: float) -> tuple[float, float]:
         """Position m and velocity m/s at `time_s`."""
         position = velocity = 0.0
-        for rate, phase in self._lines:
+        for rate, phase in self.lines:
             position += math.sin(rate * time_s + phase)
             velocity += rate * math.cos(rate * time_s + phase)
         start = self.offset - self._start_position

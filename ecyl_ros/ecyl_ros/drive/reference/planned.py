@@ -1,49 +1,39 @@
-"""`motion.yaml`: a planned motion, rest-to-rest moves of which each has limits of its own::
+"""`motion.yaml`: a planned motion, moves and swings one after the other::
 
     motion:
       schema: ecyl.motion/1
       duration_s: 10.0
       legs:
         - {to_m: 0.004, speed: 0.2, acceleration: 4.0, jerk: 180.0, rest_s: 0.1}
+        - {amplitude_m: 1.0e-05, start_hz: 0.5, end_hz: 8.0, base_hz: 0.25, length_s: 4.0,
+           fade_s: 0.5}
 
-Each leg begins where the last one ended, the first at 0; after the last the rod stays where it is.
+Each begins at rest where the last one ended, the first at 0; after the last the rod stays where it
+is.
 """
 
 from __future__ import annotations
 
-import itertools
 from bisect import bisect_right
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, fields
+from dataclasses import MISSING, asdict, dataclass, fields
 from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import yaml
-from ruckig import Trajectory
 
 from ...errors import InputError
 from ...finite import is_finite
 from ..parameters import LimitParameters
-from .moves import plan_move
+from .leg import Leg, Move
+from .swing import Swing, Swung
 from .trajectory import Point
 
 SCHEMA = "ecyl.motion/1"
 SUFFIXES = (".yaml", ".yml")
-_SLACK = 1.0 + 1e-6
 _SHORTEST_S = 1e-5  # between two switches: shorter ones change nothing that could be seen
-
-
-@dataclass(frozen=True)
-class Leg:
-    """One move to `to_m`, m, within speed m/s, acceleration m/s^2 and jerk m/s^3, then `rest_s`."""
-
-    to_m: float
-    speed: float
-    acceleration: float
-    jerk: float
-    rest_s: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -53,53 +43,50 @@ class Planned:
     duration_s: of the motion as it was planned, the rest at its end included.
     """
 
-    legs: tuple[Leg, ...]
+    legs: tuple[Leg | Swing, ...]
     duration_s: float
 
     @cached_property
-    def _moves(self) -> tuple[list[float], list[Trajectory]]:
-        starts, moves, clock, place = [], [], 0.0, 0.0
+    def _parts(self) -> tuple[list[float], list[Move | Swung]]:
+        """When each begins, and the last with its rest is over; and themselves."""
+        starts, parts, clock, place = [], [], 0.0, 0.0
         for leg in self.legs:
-            move = plan_move(place, leg.to_m, leg.speed, leg.acceleration, leg.jerk)
+            part = leg.begun_at(place)
             starts.append(clock)
-            moves.append(move)
-            clock += move.duration + leg.rest_s
-            place = leg.to_m
-        return [*starts, clock], moves
+            parts.append(part)
+            clock += part.length_s + part.rest_s
+            place = part.end_m
+        return [*starts, clock], parts
 
     @property
     def moving_s(self) -> float:
         """When the last leg has come to its end, with its rest, s."""
-        return self._moves[0][-1]
+        return self._parts[0][-1]
+
+    def _at(self, time_s: float) -> tuple[float, float, float]:
+        starts, parts = self._parts
+        if not parts:
+            return 0.0, 0.0, 0.0
+        index = min(max(0, bisect_right(starts, time_s) - 1), len(parts) - 1)
+        part, inside = parts[index], time_s - starts[index]
+        position, velocity, acceleration = part.at(min(max(inside, 0.0), part.length_s))
+        moving = 0.0 <= inside <= part.length_s
+        return position, velocity, acceleration if moving else 0.0
 
     def sample(self, time_s: float) -> tuple[float, float]:
         """Position m and velocity m/s at `time_s`."""
-        starts, moves = self._moves
-        if not moves:
-            return 0.0, 0.0
-        index = min(max(0, bisect_right(starts, time_s) - 1), len(moves) - 1)
-        move = moves[index]
-        position, velocity, _ = move.at_time(min(max(time_s - starts[index], 0.0), move.duration))
-        return float(position[0]), float(velocity[0])
+        return self._at(time_s)[:2]
 
     def accelerations(self, times_s: Sequence[float]) -> np.ndarray:
         """Acceleration m/s^2 at each time, float64[n]."""
-        starts, moves = self._moves
-        made = np.zeros(len(times_s))
-        for row, time in enumerate(times_s):
-            index = min(max(0, bisect_right(starts, time) - 1), len(moves) - 1)
-            inside = time - starts[index]
-            if moves and 0.0 <= inside <= moves[index].duration:
-                made[row] = moves[index].at_time(inside)[2][0]
-        return made
+        return np.array([self._at(time)[2] for time in times_s])
 
     def switches(self) -> list[float]:
-        """Times at which jerk changes, s, from 0 on: between them position is a cubic of time."""
-        starts, moves = self._moves
+        """Times between which a quintic is the motion, s, from 0 on."""
+        starts, parts = self._parts
         found = [0.0]
-        for start, move in zip(starts, moves, strict=False):
-            steps = itertools.accumulate(move.profiles[0][0].t)
-            for time in (start, *(start + step for step in steps), start + move.duration):
+        for start, part in zip(starts, parts, strict=False):
+            for time in (start + knot for knot in part.knots()):
                 if time > found[-1] + _SHORTEST_S:
                     found.append(time)
         return found
@@ -108,33 +95,20 @@ class Planned:
         """What splines through points turn into this motion, to `duration_s` at rest."""
         times = [*(time for time in self.switches() if time < self.duration_s), self.duration_s]
         seconds = [round(time * 1e9) * 1e-9 for time in times]
-        faster = self.accelerations(seconds).tolist()
-        return [
-            Point(time, *self.sample(time), acceleration)
-            for time, acceleration in zip(seconds, faster, strict=True)
-        ]
+        return [Point(time, *self._at(time)) for time in seconds]
 
     def check(self, limits: LimitParameters, source: str) -> None:
         """Refuse a motion that asks a drive for more than its limits; InputError names the leg."""
-        for number, leg in enumerate(self.legs, start=1):
-            where = f"{source}: legs, number {number}"
-            if not limits.stroke_min <= leg.to_m <= limits.stroke_max:
-                raise InputError(
-                    f"{where}: to_m = {leg.to_m:g}, expected within limits.stroke_min = "
-                    f"{limits.stroke_min:g} to limits.stroke_max = {limits.stroke_max:g} m of this "
-                    "drive"
-                )
-            for name in ("speed", "acceleration", "jerk"):
-                value, most = getattr(leg, name), getattr(limits, name)
-                if value > most * _SLACK:
-                    raise InputError(
-                        f"{where}: {name} = {value:g}, expected at most limits.{name} = {most:g} "
-                        "of this drive: the motion was planned for another"
-                    )
+        place = 0.0
+        for number, (leg, part) in enumerate(zip(self.legs, self._parts[1], strict=True), start=1):
+            leg.check(limits, place, f"{source}: legs, number {number}")
+            place = part.end_m
 
     def as_file(self, about: Mapping[str, Any] | None = None) -> str:
         """The motion as YAML; about: what else is said of it."""
-        legs = [{key: round(value, 9) for key, value in asdict(leg).items()} for leg in self.legs]
+        legs = [
+            {key: float(f"{value:.9g}") for key, value in asdict(leg).items()} for leg in self.legs
+        ]
         head = {"schema": SCHEMA, **(about or {}), "duration_s": self.duration_s}
         text = yaml.safe_dump({"motion": head}, sort_keys=False, default_flow_style=False)
         rows = "".join(
@@ -169,20 +143,25 @@ def read_planned(path: str | Path) -> Planned:
     return Planned(made, float(length))
 
 
-def _leg(data: Any, where: str) -> Leg:
+def _leg(data: Any, where: str) -> Leg | Swing:
     if not isinstance(data, dict):
         raise InputError(f"{where}: expected to_m, speed, acceleration, jerk and rest_s")
-    known = [one.name for one in fields(Leg)]
+    kind: type[Leg | Swing] = Swing if "amplitude_m" in data else Leg
+    known = [one.name for one in fields(kind)]
     unknown = sorted(set(map(str, data)) - set(known))
     if unknown:
         raise InputError(f"{where}: unknown key {unknown[0]}; expected {', '.join(known)}")
-    values = {"rest_s": 0.0, **data}
+    values = {one.name: one.default for one in fields(kind) if one.default is not MISSING} | data
     for name in known:
         value: Any = values.get(name)
         if not is_finite(value):
             raise InputError(f"{where}: {name} = {value!r}, expected a finite number")
         if name == "rest_s" and value < 0.0:
             raise InputError(f"{where}: rest_s = {value:g}, expected 0 s or more")
-        if name in ("speed", "acceleration", "jerk") and value <= 0.0:
+        if name not in ("rest_s", "to_m") and value <= 0.0:
             raise InputError(f"{where}: {name} = {value:g}, expected more than 0")
-    return Leg(**{name: float(values[name]) for name in known})
+    leg = kind(**{name: float(values[name]) for name in known})
+    refused = leg.refused() if isinstance(leg, Swing) else None
+    if refused is not None:
+        raise InputError(f"{where}: {refused}")
+    return leg
