@@ -3,7 +3,7 @@
 The graph of `ecyl run --realtime` at the rate the machine holds, 1 kHz at most. What each process
 holds of its own (private memory: what others share with it is not counted) is read every ten
 seconds; from the first tenth of the run on, when all is loaded, a line through the readings tells
-the growth per hour, with its 95 % interval.
+the growth per hour, with its 95 % interval, and a picture shows whether it is steady.
 """
 
 from __future__ import annotations
@@ -87,6 +87,22 @@ def run(seconds: float, rate: float, every_s: float) -> tuple[dict, dict[str, np
     return figures, {name: np.array(one, dtype=float) for name, one in readings.items()}
 
 
+def memory_picture(path: Path, readings: dict[str, np.ndarray]) -> None:
+    """Private memory of every node over the run, less the least that it held, as a PNG."""
+    import matplotlib
+
+    matplotlib.use("Agg")
+    import matplotlib.pyplot as plt
+
+    figure, axes = plt.subplots(figsize=(7, 4), layout="constrained")
+    for name, told in readings.items():
+        axes.plot(told[:, 0] / 60.0, (told[:, 1] - told[:, 1].min()) / 1e6, label=name)
+    axes.set(xlabel="time, min", ylabel="private memory above its least, MB")
+    axes.legend()
+    figure.savefig(path, dpi=120)
+    plt.close(figure)
+
+
 def main() -> None:
     """Measure the round trip, then run."""
     made = parser(__doc__)
@@ -116,6 +132,9 @@ def main() -> None:
     report.table(["private memory, MB", "settled", "at the end", "per hour", "+-"], rows)
     picture(options.png, figures, [], rate)
     report.say(f"histogram of jitter in {options.png}")
+    course = options.png.with_stem(f"{options.png.stem}_memory")
+    memory_picture(course, readings)
+    report.say(f"memory over time in {course}")
     report.figures |= {"graph": figures}
     report.finish(options.json)
 

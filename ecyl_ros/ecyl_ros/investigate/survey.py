@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 
 from ..drive.parameters import DriveParameters, LimitParameters
+from ..drive.reference.leg import Leg
 from ..drive.reference.planned import Planned
 from ..errors import InputError
 from ..plan.blocks import Block, check_room, widest
@@ -54,7 +55,7 @@ def _check_seen(drive: DriveParameters, motion: Planned) -> None:
         drive.transmission.rod_per_rotor
         * max(sensors.rotor_position_noise, sensors.rotor_position_resolution),
     )
-    reach = max(abs(leg.to_m) for leg in motion.legs)
+    reach = max(abs(leg.to_m) for leg in motion.legs if isinstance(leg, Leg))
     if reach < _LEAST_REACH * noise:
         raise InputError(
             f"limits: motions come to {reach:.3g} m at the most, the sensors' noise and resolution "

@@ -58,7 +58,8 @@ class Block:
 
     def moved_to(self, point: Iterable[float]) -> Block:
         """The block at another point."""
-        return Block(*(math.exp(one) for one in point), self.rest_s)
+        reach, speed, acceleration = map(math.exp, point)
+        return Block(reach, speed, acceleration, self.rest_s)
 
     def _time(self, stops: list[float], jerk: float) -> float:
         """Of one cycle, s."""

@@ -107,7 +107,8 @@ def planned(
     )
     tell(0.5)
     chosen = [blocks.blocks[int(one)] for one in np.sort(found.x)]
-    begun = [chosen, *([one] for one in waves(experiment.duration_s))]
+    begun: list[list[Block | Wave]] = [chosen]
+    begun += [[one] for one in waves(experiment.duration_s)]
     best = _best(experiment, begun, pairs, alone, deadline)
     tell(0.6)
     return _finer(experiment, best, pairs, alone, deadline, tell)
@@ -131,7 +132,7 @@ def _told(experiment: Experiment, hypotheses: Sequence[Hypothesis]) -> Blocks:
     """Every block of the library, run one after the other."""
     drive = experiment.drive
     slot = experiment.duration_s / SLOTS
-    every = [*library(drive, slot), *waves(slot)]
+    every: list[Block | Wave] = [*library(drive, slot), *waves(slot)]
     legs: list[Leg | Swing] = []
     ends = [0.0]
     for block in every:

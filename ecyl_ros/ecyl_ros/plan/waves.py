@@ -51,7 +51,8 @@ class Wave:
 
     def moved_to(self, point: Iterable[float]) -> Wave:
         """The wave at another point."""
-        return Wave(*(math.exp(one) for one in point))
+        share, low, high = map(math.exp, point)
+        return Wave(share, low, high)
 
 
 def waves(length_s: float) -> list[Wave]:

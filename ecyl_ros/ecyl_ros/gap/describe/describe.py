@@ -41,6 +41,7 @@ from .play import ROUGHLY, Played, at_noise, evaluate, play
 from .points import at_port
 
 _PLAYED = 4  # laws of each number of variables that are fitted in closed loop
+_AHEAD = 2  # of them that are looked at before laws of fewer variables are fitted to the end
 _ALIKE = 1.02  # costs closer than this factor cannot be told apart
 _PORTS = {
     "torque": ("rotor_torque", "load_torque"),
@@ -139,24 +140,24 @@ def _in_loop(
     so much nearer that finer fits of the fewer could not put them first, those are left out.
     """
     sizes = sorted({len(one.guess.of) for one in candidates})
-    tried: dict[int, list[tuple[Played, _Candidate]]] = {}
+    known: dict[_Candidate, Played] = {}
 
-    def roughly(number: int) -> list[tuple[Played, _Candidate]]:
-        if number not in tried:
-            own = [one for one in candidates if len(one.guess.of) == sizes[number]][:_PLAYED]
-            tried[number] = [
-                (play(fitter, one.guess, one.port, one.begun.pulls, ROUGHLY), one) for one in own
-            ]
-            tell((number + 0.5) / len(sizes))
-        return tried[number]
+    def roughly(number: int, most: int = _PLAYED) -> list[tuple[Played, _Candidate]]:
+        own = [one for one in candidates if len(one.guess.of) == sizes[number]][:most]
+        for one in own:
+            if one not in known:
+                known[one] = play(fitter, one.guess, one.port, one.begun.pulls, ROUGHLY)
+        tell((number + 0.5) / len(sizes))
+        return [(known[one], one) for one in own]
 
     found: tuple[Played, _Candidate, tuple[str, ...]] | None = None
     for number in range(len(sizes)):
         nearest = min(roughly(number), key=lambda one: one[0].fitted)
         near = nearest[0].fitted
-        beatable = near > CLOSE * fitter.perfect**2 and number + 1 < len(sizes)
-        if beatable and near > CLOSE * min(played.fitted for played, _ in roughly(number + 1)):
-            continue
+        if near > CLOSE * fitter.perfect**2 and number + 1 < len(sizes):
+            ahead = min(played.fitted for played, _ in roughly(number + 1, _AHEAD))
+            if near > CLOSE * ahead:
+                continue
         if found is None or near < found[0].fitted:
             both = [nearest, *_predicting_better(roughly(number), *nearest)]
             closely = [(_closely(fitter, *one), one) for one in both]
