@@ -281,7 +281,7 @@ def _finer(
             whole = False
             return math.inf
         tried += 1
-        tell(0.5 + 0.45 * min(tried / (_FINE_MEMBERS * (_FINE_GENERATIONS + 1)), 1.0))
+        tell(0.6 + 0.35 * min(tried / (_FINE_MEMBERS * (_FINE_GENERATIONS + 1)), 1.0))
         reference = motion(point)
         return -_valued(experiment, reference, pairs, alone) if reference.legs else math.inf
 

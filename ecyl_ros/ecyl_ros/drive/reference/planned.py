@@ -145,7 +145,10 @@ def read_planned(path: str | Path) -> Planned:
 
 def _leg(data: Any, where: str) -> Leg | Swing:
     if not isinstance(data, dict):
-        raise InputError(f"{where}: expected to_m, speed, acceleration, jerk and rest_s")
+        raise InputError(
+            f"{where}: expected a move (to_m, speed, acceleration, jerk, rest_s) or a multisine "
+            "(amplitude_m, start_hz, ...)"
+        )
     kind: type[Leg | Swing] = Swing if "amplitude_m" in data else Leg
     known = [one.name for one in fields(kind)]
     unknown = sorted(set(map(str, data)) - set(known))
