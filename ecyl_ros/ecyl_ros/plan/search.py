@@ -18,6 +18,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.optimize import differential_evolution
 
 from ..drive.reference.leg import Leg
@@ -92,8 +93,11 @@ def planned(
     def cost(choice: FloatArray) -> float:
         if np.bincount(choice.astype(int)).max() > most:
             return math.inf
-        gram = blocks.grams[choice.astype(int)].sum(axis=0) / blocks.rows
-        return -worth(*_apart(blocks, gram, index, singles))
+        return -told_by(choice.astype(int))
+
+    def told_by(choice: NDArray[np.int64]) -> float:
+        gram = blocks.grams[choice].sum(axis=0) / blocks.rows
+        return worth(*_apart(blocks, gram, index, singles))
 
     count = len(blocks.blocks)
     found = differential_evolution(
@@ -107,8 +111,12 @@ def planned(
     )
     tell(0.5)
     chosen = [blocks.blocks[int(one)] for one in np.sort(found.x)]
-    begun: list[list[Block | Wave]] = [chosen]
-    begun += [[one] for one in waves(experiment.duration_s)]
+    begun = [chosen]
+    every_wave = [one for one in range(count) if isinstance(blocks.blocks[one], Wave)]
+    if every_wave:
+        # One that takes all of the time tells about as much as one in every slot.
+        most_told = max(every_wave, key=lambda one: told_by(np.full(SLOTS, one)))
+        begun.append([blocks.blocks[most_told]])
     best = _best(experiment, begun, pairs, alone, deadline)
     tell(0.6)
     return _finer(experiment, best, pairs, alone, deadline, tell)

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from ..drive.parameters import LimitParameters
 from ..drive.reference.swing import Swing
 
-_HIGHEST_HZ = (1.0, 2.0, 4.0, 8.0, 16.0)  # lines above are beyond what position loops follow
+_HIGHEST_HZ = (1.0, 2.0, 4.0, 8.0)  # lines far above are beyond what position loops follow
 _OCTAVES = 4  # from the lowest line to the highest
 _LEAST_PERIODS = 1.0  # of the lowest line
 _FADE = 0.125  # of its time, at each end
