@@ -103,7 +103,7 @@ def test_motions_that_stand_beside_a_plan_keep_the_same_limits() -> None:
 
 
 def test_a_multisine_is_planned_where_it_tells_most(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Rest-to-rest moves taken away, the plan is a swing that fills the time."""
+    """All moves but feeble ones taken away, the plan swings, within the limits and the time."""
     drive = dataclasses.replace(load_drive("bench"), tolerances={"all": "exact"})
     slow = [Block(1e-5, 1e-4, 1e-2, 0.0)]
     monkeypatch.setattr(search, "library", lambda *given: slow)
@@ -111,7 +111,7 @@ def test_a_multisine_is_planned_where_it_tells_most(monkeypatch: pytest.MonkeyPa
     plan = make_plan(drive, 2.0, [PAIR], [], {}, signals, [], beside=(), budget_s=20.0)
     assert any(isinstance(leg, Swing) for leg in plan.motion.legs)
     plan.motion.check(drive.limits, "plan")
-    assert plan.motion.moving_s == pytest.approx(2.0)
+    assert 1.5 < plan.motion.moving_s <= 2.0 + 1e-6
     assert plan.motion.sample(2.0) == pytest.approx((0.0, 0.0), abs=1e-12)
 
 

@@ -255,11 +255,16 @@ def _best(
 def _valued(
     experiment: Experiment, reference: Planned, pairs: Sequence[Pair], alone: Sequence[Hypothesis]
 ) -> float:
-    """What a motion is worth; minus infinity where the healthy drive would lack room."""
+    """What a motion is worth; minus infinity where the healthy drive would lack room, or where a
+    diagnosis would refuse the recording (it moves too little to tell one machine from another)."""
     drive, duration_s = experiment.drive, experiment.duration_s
     if Healthy.on(drive, reference, duration_s).excess(drive) is not None:
         return -math.inf
-    return worth(*told(predicted(experiment, reference, duration_s), pairs, alone))
+    try:
+        base = predicted(experiment, reference, duration_s)
+    except InputError:
+        return -math.inf
+    return worth(*told(base, pairs, alone))
 
 
 def _finer(
