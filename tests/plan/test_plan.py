@@ -26,7 +26,7 @@ from ecyl_ros.plan.make import make_plan
 from ecyl_ros.plan.others import moves, usual
 from ecyl_ros.plan.predict import Experiment, predicted, separations
 from ecyl_ros.plan.trajectory import as_yaml
-from ecyl_ros.plan.waves import waves
+from ecyl_ros.plan.waves import Wave, waves
 
 PAIR = ("rotor_coulomb_friction", "load_coulomb_friction")
 
@@ -77,8 +77,8 @@ def test_waves_keep_the_limits_about_the_start() -> None:
     """As large as the limits allow; none where the start lies at an end of the stroke."""
     limits = load_drive("bench").limits
     one_sided = dataclasses.replace(limits, stroke_min=0.0)
-    made = waves(1.0) + waves(8.0)
-    assert len(made) >= 6
+    made = [*waves(1.0), *waves(8.0), Wave(1.0, 1.3, 1.9)]  # the last between two lines of 1 Hz
+    assert len(made) >= 7
     for wave, length_s in itertools.product(made, (1.0, 8.0)):
         (swing,) = wave.legs(limits, length_s)
         assert swing.refused() is None and swing.length_s == length_s

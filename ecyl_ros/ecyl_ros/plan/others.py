@@ -32,22 +32,21 @@ def usual(limits: LimitParameters, duration_s: float) -> dict[str, Reference]:
         return {MOVES: moves(limits, duration_s)}
     rate, top = (2.0 * math.pi * one for one in (_SINE_HZ, _HIGH_HZ))
 
-    def swing(rate_rad_s: float) -> float:
+    rooms = (reach, *(_SHARE * one for one in (limits.speed, limits.acceleration, limits.jerk)))
+
+    def largest(rate_rad_s: float) -> float:
         """Amplitude of the largest sine, m."""
-        most = (limits.speed, limits.acceleration, limits.jerk)
-        return min(reach, *(_SHARE * one / rate_rad_s ** (1 + n) for n, one in enumerate(most)))
+        return min(room / rate_rad_s**order for order, room in enumerate(rooms))
 
     unit = Multisine(1.0, _LOW_HZ, _HIGH_HZ, _BASE_HZ)
     times = np.linspace(0.0, 1.0 / _BASE_HZ, _SAMPLES)
     shown = np.array([unit.sample(one) for one in times]).T
     faster = np.gradient(shown[1], times)
     peaks = [float(np.max(np.abs(one))) for one in (*shown, faster, np.gradient(faster, times))]
-    most = (limits.speed, limits.acceleration, limits.jerk)
-    rooms = (reach, *(_SHARE * one for one in most))
     lines = min(room / peak for room, peak in zip(rooms, peaks, strict=True))
     return {
-        "sine": Sine(amplitude=swing(rate), frequency=_SINE_HZ),
-        "chirp": Chirp(amplitude=swing(top), start=_LOW_HZ, end=_HIGH_HZ, sweep=duration_s),
+        "sine": Sine(amplitude=largest(rate), frequency=_SINE_HZ),
+        "chirp": Chirp(amplitude=largest(top), start=_LOW_HZ, end=_HIGH_HZ, sweep=duration_s),
         "multisine": Multisine(lines, _LOW_HZ, _HIGH_HZ, _BASE_HZ),
         MOVES: moves(limits, duration_s),
     }

@@ -33,7 +33,8 @@ class Wave:
         """One swing of `length_s`; none where the start lies at an end of the stroke."""
         low = max(self.low_hz, _LEAST_PERIODS / length_s)
         high = max(self.high_hz, _LEAST_RATIO * low)
-        base = max(0.5 * low, 1.0 / length_s)
+        # The lowest line is one of the grid's, however short the time is.
+        base = 0.5 * low if low * length_s >= 2.0 else low
         unit = Swing(1.0, low, high, base, length_s, _FADE * length_s)
         largest = _ROOM * self.share * unit.largest(limits)
         if not largest > 0.0:

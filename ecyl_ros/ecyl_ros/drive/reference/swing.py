@@ -20,11 +20,10 @@ from .multisine import Multisine
 
 FloatArray = NDArray[np.float64]
 
-_LOOKED_AT = (
-    64  # times a period of the highest line, for peaks: 0.1 % of them at the most is missed
-)
+# Times a period of the highest line, for peaks: 0.1 % of them at the most is missed.
+_LOOKED_AT = 64
 _KNOTS = 16  # times a period: quintics through them are within a nanometre of a swing of metres
-_SLACK = 1.0 + 2e-3
+_SLACK = 2e-3  # share by which a swing may exceed a limit
 _MOST_LINES, _MOST_KNOTS = 1000, 1_000_000
 
 
@@ -93,7 +92,7 @@ class Swing:
     def check(self, limits: LimitParameters, place_m: float, where: str) -> None:
         """Refuse a swing that asks a drive for more than its limits; InputError names the limit."""
         low, high, *tops = (self.amplitude_m * one for one in self._peaks)
-        slack = (_SLACK - 1.0) * (high - low)
+        slack = _SLACK * (high - low)
         if place_m + low < limits.stroke_min - slack or place_m + high > limits.stroke_max + slack:
             raise InputError(
                 f"{where}: amplitude_m = {self.amplitude_m:g} swings from {place_m + low:g} to "
@@ -102,7 +101,7 @@ class Swing:
             )
         for name, top in zip(("speed", "acceleration", "jerk"), tops, strict=True):
             most = getattr(limits, name)
-            if top > most * _SLACK:
+            if top > most * (1.0 + _SLACK):
                 raise InputError(
                     f"{where}: amplitude_m = {self.amplitude_m:g} comes to {name} {top:g}, "
                     f"expected at most limits.{name} = {most:g} of this drive: the motion was "
@@ -143,14 +142,9 @@ class Swing:
         return Multisine(1.0, self.start_hz, self.end_hz, self.base_hz).lines
 
     @cached_property
-    def rates(self) -> FloatArray:
-        """Of the lines, rad/s, float64[lines]."""
-        return np.array([rate for rate, _ in self._lines])
-
-    @cached_property
-    def phases(self) -> FloatArray:
-        """Of the lines, rad, float64[lines]."""
-        return np.array([phase for _, phase in self._lines])
+    def rates_and_phases(self) -> FloatArray:
+        """Of the lines, rad/s and rad, float64[2, lines]."""
+        return np.array(self._lines).T.copy()
 
 
 @dataclass(frozen=True, eq=False)
@@ -182,8 +176,9 @@ class Swung:
         """
         swing = self.swing
         made = np.empty((4, len(times_s)))
-        lines = swing.rates, swing.phases
-        _swing(times_s, *lines, swing.amplitude_m, swing.length_s, swing.fade_s, made)
+        _swing(
+            times_s, *swing.rates_and_phases, swing.amplitude_m, swing.length_s, swing.fade_s, made
+        )
         made[0] += self.end_m
         return made
 
