@@ -65,6 +65,17 @@ def test_a_table_of_what_has_a_name_plays_what_has_the_name(law, effect, values)
     assert np.all(apart <= 1e-3 * moved + 1e-12)
 
 
+def test_a_law_of_friction_adds_to_the_level_of_a_named_one():
+    """0.1 N m by name and 0.2 N m by table on one contact: the motion of 0.3 N m by name."""
+    law = Law("load_friction", ("direction",), ((-1.0, 1.0),), (0.2, 0.2))
+    bare = _run(load_coulomb_friction={"coulomb_nm": 0.1})
+    both = _run(law, load_coulomb_friction={"coulomb_nm": 0.1})
+    named = _run(load_coulomb_friction={"coulomb_nm": 0.3})
+    moved = np.abs(named - bare).max(axis=0)
+    assert moved.max() > 0.0
+    assert np.all(np.abs(both - named).max(axis=0) <= 1e-3 * moved + 1e-12)
+
+
 def test_between_places_a_line_stays_a_line_and_beyond_them_the_value_holds():
     """Hermite's cubic gives back a straight line on uneven places, and no more than the ends."""
     at = np.sort(np.random.default_rng(1).uniform(-1.0, 1.0, 9))

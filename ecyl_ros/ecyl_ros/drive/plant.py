@@ -58,18 +58,14 @@ def _mechanics(y, twist_torque, u_q, into, time, faults, p):
     if faults is not None:
         if p.acts_at_rotor_torque:
             rotor += ports.rotor_torque(p, y[0], y[1], y[5])
-        if p.acts_at_rotor_friction:
-            level = ports.rotor_friction(p, y[1], twist_torque, time + into)
-            rotor -= friction_torque(
-                y[6], y[1], into, level, p.rotor_breakaway, p.rotor_bristle_damping
-            )
         if p.acts_at_load_torque:
             load += ports.load_torque(p, time + into, y[2], y[3])
+        # What the contacts could resist with: the level of all that rubs on the same bristle.
+        rubs_rotor = rubs_load = 0.0
+        if p.acts_at_rotor_friction:
+            rubs_rotor = ports.rotor_friction(p, y[1], twist_torque, time + into)
         if p.acts_at_load_friction:
-            level = ports.load_friction(p, y[3], twist_torque, y[2], time + into)
-            load -= friction_torque(
-                y[7], y[3], into, level, p.load_breakaway, p.load_bristle_damping
-            )
+            rubs_load = ports.load_friction(p, y[3], twist_torque, y[2], time + into)
         if p.learned_port > 0:
             angle, speed = (y[2], y[3]) if p.learned_on_load else (y[0], y[1])
             law = learned.law_value(
@@ -80,15 +76,19 @@ def _mechanics(y, twist_torque, u_q, into, time, faults, p):
             elif p.learned_port == learned.LOAD_TORQUE:
                 load += law
             elif p.learned_port == learned.ROTOR_FRICTION:
-                rotor -= friction_torque(
-                    y[6], y[1], into, max(law, 0.0), p.rotor_breakaway, p.rotor_bristle_damping
-                )
+                rubs_rotor += max(law, 0.0)
             elif p.learned_port == learned.LOAD_FRICTION:
-                load -= friction_torque(
-                    y[7], y[3], into, max(law, 0.0), p.load_breakaway, p.load_bristle_damping
-                )
+                rubs_load += max(law, 0.0)
             elif p.learned_port == learned.INVERTER_VOLTAGE:
                 u_q += law
+        if p.acts_at_rotor_friction:
+            rotor -= friction_torque(
+                y[6], y[1], into, rubs_rotor, p.rotor_breakaway, p.rotor_bristle_damping
+            )
+        if p.acts_at_load_friction:
+            load -= friction_torque(
+                y[7], y[3], into, rubs_load, p.load_breakaway, p.load_bristle_damping
+            )
     return (
         (rotor - twist_torque) * p.per_rotor_inertia,
         (twist_torque + load) * p.per_load_inertia,

@@ -26,6 +26,7 @@ from ..judge.place import open_ended
 from ..judge.verdict import HELPS
 from ..locate.locate import pooled
 from ..replay.replay import FloatArray
+from ..side_by_side import side_by_side
 from ..split import stretch_of
 from . import words
 from .balance import Balance, balances_of, driving
@@ -142,11 +143,13 @@ def _in_loop(
     sizes = sorted({len(one.guess.of) for one in candidates})
     known: dict[_Candidate, Played] = {}
 
+    def played_roughly(one: _Candidate) -> Played:
+        return play(fitter, one.guess, one.port, one.begun.pulls, ROUGHLY)
+
     def roughly(number: int, most: int = _PLAYED) -> list[tuple[Played, _Candidate]]:
         own = [one for one in candidates if len(one.guess.of) == sizes[number]][:most]
-        for one in own:
-            if one not in known:
-                known[one] = play(fitter, one.guess, one.port, one.begun.pulls, ROUGHLY)
+        new = [one for one in own if one not in known]
+        known.update(zip(new, side_by_side(played_roughly, new), strict=True))
         tell((number + 0.5) / len(sizes))
         return [(known[one], one) for one in own]
 
@@ -160,8 +163,10 @@ def _in_loop(
                 continue
         if found is None or near < found[0].fitted:
             both = [nearest, *_predicting_better(roughly(number), *nearest)]
-            closely = [(_closely(fitter, *one), one) for one in both]
-            closer, (rough, chosen) = min(closely, key=lambda one: one[0].judged)
+            closely = side_by_side(lambda one: _closely(fitter, *one), both)
+            closer, (rough, chosen) = min(
+                zip(closely, both, strict=True), key=lambda one: one[0].judged
+            )
             if found is None or earns(fitter, as_fit(closer), as_fit(found[0])):
                 found = (closer, chosen, _alike(roughly(number), rough, chosen))
         tell((number + 1) / len(sizes))
@@ -219,18 +224,21 @@ def _candidates(
     choice = choose(kinds, balances, motion)
     if choice is None:
         return []
-    made = []
+    begun = []
     for guess in choice.near:
-        balance = balances[guess.kind]
         pulls = fitter.sheet.at_nominal
-        pulls[list(balance.pulled)] = guess.found.pulls
+        pulls[list(balances[guess.kind].pulled)] = guess.found.pulls
         for port in _PORTS[guess.kind]:
             # An error of the encoder shows in rod against rotor the other way round.
             turned = -1.0 if port == "rotor_angle_error" else 1.0
-            begun = guess.with_values(turned * guess.found.values)
-            played = evaluate(fitter, begun.law(port), pulls)
-            made.append(_Candidate(begun, port, choice, balance, played))
-    return made
+            begun.append((guess.with_values(turned * guess.found.values), port, pulls))
+
+    def candidate(one: tuple[Guess, str, FloatArray]) -> _Candidate:
+        guess, port, pulls = one
+        played = evaluate(fitter, guess.law(port), pulls)
+        return _Candidate(guess, port, choice, balances[guess.kind], played)
+
+    return side_by_side(candidate, begun)
 
 
 def _named(competition: Competition) -> tuple[Fit, ...]:
