@@ -13,7 +13,7 @@ from report_samples import diagnosis
 
 from ecyl_ros.drive.drive_file import load_drive
 from ecyl_ros.drive.law import Law
-from ecyl_ros.gap.compete.compete import Competition
+from ecyl_ros.gap.compete.competition import Competition
 from ecyl_ros.gap.describe.apply import described, with_description
 from ecyl_ros.gap.describe.axis import Axis, columns, roughness
 from ecyl_ros.gap.describe.balance import Balance, balances_of

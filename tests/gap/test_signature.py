@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from sheets import exact
 
-from ecyl_ros.gap.compete.compete import Competition
+from ecyl_ros.gap.compete.competition import Competition
 from ecyl_ros.gap.fit.fit import Fitter
 from ecyl_ros.gap.locate.block import unnamed_block
 from ecyl_ros.gap.locate.injection import acts_on_load

@@ -7,7 +7,7 @@ import pytest
 from sheets import exact
 
 from ecyl_ros.gap import cylinder as module
-from ecyl_ros.gap.compete.compete import Competition
+from ecyl_ros.gap.compete.competition import Competition
 from ecyl_ros.gap.diagnose import diagnose
 from ecyl_ros.gap.fit.fit import Fit
 from ecyl_ros.gap.study.cylinder.cases import Case, record_case

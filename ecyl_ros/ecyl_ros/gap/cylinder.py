@@ -12,7 +12,8 @@ from ..drive.parameters import DriveParameters
 from ..drive.stability import check_stability
 from ..effects.catalogue import CATALOGUE
 from ..recording.signals import Recording
-from .compete.compete import Competition, compete
+from .compete.compete import compete
+from .compete.competition import Competition
 from .compete.earn import at_noise, gone
 from .describe.apply import with_description
 from .diagnosis import Candidate, Cause, Diagnosis, FittedParameter, Series, SheetValue
@@ -77,6 +78,11 @@ class Judged:
     no_gap: bool
     barred: frozenset[str]
 
+    @property
+    def to_go_on(self) -> Competition:
+        """The competition as it was before anything was taken out of its winner."""
+        return dataclasses.replace(self.competition, winner=self.closest)
+
 
 def diagnose_cylinder(
     recording: Recording,
@@ -113,10 +119,12 @@ def judged(
     drive: DriveParameters,
     without: Collection[str],
     tell: Callable[[float], None],
+    known: Competition | None = None,
 ) -> Judged:
     """Let the effects but those of `without` compete for what a drive's replay leaves.
 
     replayed: the replay of what was recorded, with a nominal model. tell: takes the share done.
+    known: what came of it on some of the recordings, see `Judged.to_go_on`.
     """
     replay = replayed(drive)
     begun = with_coupling(replay)
@@ -131,7 +139,7 @@ def judged(
         nothing = Competition(nominal, nominal, (), nominal, (), {})
         return Judged(fitter, nothing, nominal, (), True, barred)
     names = [name for name in CATALOGUE if name not in barred]
-    competition = compete(fitter, names, lambda stage, share: tell(0.02 + 0.98 * share))
+    competition = compete(fitter, names, lambda stage, share: tell(0.02 + 0.98 * share), known)
     closest = competition.winner
     competition, odd = without_stand_ins(competition, fitter)
     competition, alike = without_coincidence(competition, fitter)

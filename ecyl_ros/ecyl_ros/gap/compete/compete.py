@@ -15,12 +15,12 @@
 
 from __future__ import annotations
 
-import functools
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 
 from ..fit.fit import Fit, Fitter
 from .candidates import Candidates
+from .carried import carried_over
+from .competition import Competition, enough, others, pruned
 from .earn import at_noise, earns, surely_at_noise
 from .forms import Forms
 
@@ -30,35 +30,12 @@ _MOST_EFFECTS = 3
 Report = Callable[[str, float], None]
 
 
-@dataclass(frozen=True, eq=False)
-class Competition:
-    """What came of it.
-
-    Attributes:
-        nominal: the model without effects.
-        sheet: the same with its constants fitted as far as the data sheet allows; every set of
-            effects competes against this.
-        singles: the best fit of each effect alone, best first.
-        winner: the set that is named, or the nominal model if none earned its place.
-        rivals: the best sets of the winner's size that hold another effect, best first.
-        leave_one_out: for each effect of the winner, the best fit without it.
-        unsearched: how many effects the sets have that were not searched any more, because the
-            replays of this recording cost too much; 0 where all were.
-    """
-
-    nominal: Fit
-    sheet: Fit
-    singles: tuple[Fit, ...]
-    winner: Fit
-    rivals: tuple[Fit, ...]
-    leave_one_out: dict[str, Fit]
-    unsearched: int = 0
-
-
-def compete(fitter: Fitter, names: Sequence[str], report: Report) -> Competition:
+def compete(
+    fitter: Fitter, names: Sequence[str], report: Report, begun: Competition | None = None
+) -> Competition:
     """Let the effects `names` compete for the gap that the bare model leaves.
 
-    report: takes a stage and the share done.
+    report: takes a stage and the share done. begun: the same on some of the recordings.
     """
     field = Candidates(fitter, names)
     if fitter.divided_by(field.null):
@@ -70,6 +47,9 @@ def compete(fitter: Fitter, names: Sequence[str], report: Report) -> Competition
         return Competition(nominal, field.null, (), field.null, (), {})
     if field.shaken_loose():
         fitter.replay.shake()
+    found = carried_over(field, forms, begun) if begun is not None else None
+    if found is not None:
+        return found
     singles = field.singles(lambda share: report("single effects", 0.05 + 0.4 * share))
     if singles and field.sheet_from(singles[0]):
         if at_noise(fitter, field.null):
@@ -86,11 +66,11 @@ def compete(fitter: Fitter, names: Sequence[str], report: Report) -> Competition
     best = field.settled(forms.simplified(singles[0])) if singles else null
     if singles and earns(fitter, best, null):
         winner = best
-        rivals = _others(singles, best)
+        rivals = others(singles, best)
     # Sets of two are built upon single effects, even where one was told as two simpler ones.
-    firsts = singles[:_FIRSTS] if len(best.names) > 1 else [best, *_others(singles, best)][:_FIRSTS]
+    firsts = singles[:_FIRSTS] if len(best.names) > 1 else [best, *others(singles, best)][:_FIRSTS]
     size, unsearched = 2, 0
-    while not _enough(fitter, best, size) and size <= _MOST_EFFECTS and firsts:
+    while not enough(fitter, best, size) and size <= _MOST_EFFECTS and firsts:
         if size > 2 and field.costly():
             unsearched = size
             break
@@ -114,41 +94,8 @@ def compete(fitter: Fitter, names: Sequence[str], report: Report) -> Competition
             break
         best = winner
         rivals = [one for one in fitted if set(one.names) != set(best.names)]
-        firsts = [best, *_others(fitted, best)][:_FIRSTS]
+        firsts = [best, *others(fitted, best)][:_FIRSTS]
         size += 1
-    winner, without = _pruned(field, field.settled(winner), pool)
+    winner, without = pruned(field, field.settled(winner), pool)
     rivals.sort(key=lambda one: one.judged)
     return Competition(nominal, null, tuple(singles), winner, tuple(rivals), without, unsearched)
-
-
-def _enough(fitter: Fitter, best: Fit, size: int) -> bool:
-    """Whether no set of `size` is needed; one of two may show that the floor is lower."""
-    return surely_at_noise(fitter, best) if size == 2 else at_noise(fitter, best)
-
-
-def _others(fits: Sequence[Fit], best: Fit) -> list[Fit]:
-    return [one for one in fits if one.names != best.names]
-
-
-def _pruned(field: Candidates, winner: Fit, pool: Sequence[Fit]) -> tuple[Fit, dict[str, Fit]]:
-    """Take out, one by one, what does not earn its place; with the fits that leave each one out."""
-    while True:
-        refit = functools.partial(field.refitted, pool=pool, winner=winner)
-        without = leave_one_out(field.fitter, winner, field.null, refit)
-        idle = [name for name, rest in without.items() if not earns(field.fitter, winner, rest)]
-        if not idle or len(winner.names) == 0:
-            return winner, without
-        winner = min((without[name] for name in idle), key=lambda one: one.fitted)
-
-
-def leave_one_out(
-    fitter: Fitter, winner: Fit, nominal: Fit, refit: Callable[[Fit], Fit]
-) -> dict[str, Fit]:
-    """For each effect of `winner`, the fit without it: its others fitted again, or `nominal`.
-
-    refit: fits from a start with the others at the winner's values.
-    """
-    found: dict[str, Fit] = {}
-    for name in winner.names:
-        found[name] = refit(fitter.without(winner, [name])) if len(winner.names) > 1 else nominal
-    return found

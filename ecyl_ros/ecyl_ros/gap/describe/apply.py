@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from ..compete.compete import Competition
+from ..compete.competition import Competition
 from ..diagnosis import Diagnosis, SheetValue
 from ..fit.fit import Fitter
 from ..fit.robust import misfit

@@ -18,7 +18,7 @@ import numpy as np
 
 from ...drive.law import PERIODS
 from ..compete.candidates import CLOSE
-from ..compete.compete import Competition
+from ..compete.competition import Competition
 from ..compete.earn import earns
 from ..fit.fit import Fit, Fitter
 from ..fit.robust import misfit, robust_squares

@@ -8,7 +8,7 @@ which says that nothing but the bound holds it.
 from __future__ import annotations
 
 from ...effects.catalogue import CATALOGUE
-from ..compete.compete import Competition
+from ..compete.competition import Competition
 from ..fit.fit import Fit, Fitter
 from .constancy import without_effects
 from .intervals import intervals

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 from ...drive.parameters import DriveParameters
 from ...effects.catalogue import CATALOGUE
-from ..compete.compete import Competition
+from ..compete.competition import Competition
 from ..fit.fit import Fitter
 from .constancy import without_effects
 

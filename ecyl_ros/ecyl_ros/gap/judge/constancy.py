@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ...effects.catalogue import CATALOGUE
-from ..compete.compete import Competition, leave_one_out
+from ..compete.competition import Competition, leave_one_out
 from ..compete.earn import earns
 from ..fit.descent import polish
 from ..fit.fit import Fit, Fitter

@@ -8,7 +8,7 @@ nominal replay hides, is one of them.
 from __future__ import annotations
 
 from ...effects.catalogue import CATALOGUE
-from ..compete.compete import Competition
+from ..compete.competition import Competition
 from ..compete.earn import excused
 from ..fit.fit import Fitter
 from .constancy import without_effects

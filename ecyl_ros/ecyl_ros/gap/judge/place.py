@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from ...effects.catalogue import CATALOGUE
-from ..compete.compete import Competition
+from ..compete.competition import Competition
 from ..fit.fit import Fit, Fitter
 from ..replay.evidence import gather
 from .constancy import without_effects

@@ -10,7 +10,7 @@ and an inductance, of which two have a name.
 
 from __future__ import annotations
 
-from ..compete.compete import Competition
+from ..compete.competition import Competition
 from ..compete.earn import AT_FLOOR
 from ..compete.strain import Strain, furthest
 from ..fit.fit import Fit, Fitter

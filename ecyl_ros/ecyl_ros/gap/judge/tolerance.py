@@ -11,7 +11,7 @@ import math
 
 from ...drive.parameters import DriveParameters
 from ...effects.catalogue import CATALOGUE
-from ..compete.compete import Competition
+from ..compete.competition import Competition
 from ..fit.fit import Fitter, Values
 from .constancy import without_effects
 

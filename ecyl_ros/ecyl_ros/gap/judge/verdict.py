@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...effects.catalogue import CATALOGUE, EFFECTS
-from ..compete.compete import Competition
+from ..compete.competition import Competition
 from ..diagnosis import Candidate, Cause, FittedParameter
 from ..fit.fit import Fit
 from ..fit.robust import cost, misfit

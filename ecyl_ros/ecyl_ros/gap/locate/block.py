@@ -12,7 +12,7 @@ from collections.abc import Collection, Mapping, Sequence
 
 from ...effects.catalogue import CATALOGUE
 from ...effects.effect import BLOCKS
-from ..compete.compete import Competition
+from ..compete.competition import Competition
 from ..diagnosis import PortCheck
 from ..replay.evidence import gather
 from ..replay.replay import Replay

@@ -3,8 +3,8 @@
 One set of causes with one value each and one sheet compete for all recordings at once. What one
 recording alone shows is told by a fit of the same set to it; where a value differs by more than its
 intervals, and another size in each recording earns its place, the effects compete again with such
-sizes. Last, everything is done once more without the last recording, which then says what the
-others' causes are worth.
+sizes. First of all the others are judged without the last recording, which then says what their
+causes are worth; where these account for the last as well, nothing else has to be searched for.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ from .joined_replay import JoinedReplay
 from .of_recording import OfRecording, OwnValue, Unseen, names_of
 from .own_sizes import own_sizes
 
-_JOINT, _ANEW, _UNSEEN = 0.5, 0.2, 0.3  # shares of the work
+_OTHERS, _JOINT, _ANEW = 0.5, 0.3, 0.2  # shares of the work
 
 
 def diagnose_cylinders(
@@ -56,10 +56,19 @@ def diagnose_cylinders(
     check_signals(recordings, sources, [one.recorded for one in SIGNALS])
     every = ", ".join(sources)
 
-    def of_all(share: float) -> None:
-        tell(_JOINT * share)
-
-    found = judged(_replays(recordings, sources), drive, without, of_all)
+    others = judged(
+        _replays(recordings[:-1], sources[:-1]),
+        drive,
+        without,
+        lambda share: tell(_OTHERS * share),
+    )
+    found = judged(
+        _replays(recordings, sources),
+        drive,
+        without,
+        lambda share: tell(_OTHERS + _JOINT * share),
+        others.to_go_on,
+    )
     alone = Alone(found, sources)
     sizes = own_sizes(found, alone)
     if sizes:
@@ -67,10 +76,10 @@ def diagnose_cylinders(
             _replays(recordings, sources, sizes),
             drive,
             without,
-            lambda share: tell(_JOINT + _ANEW * share),
+            lambda share: tell(_OTHERS + _JOINT + _ANEW * share),
+            found.to_go_on,
         )
         alone = Alone(found, sources)
-    tell(_JOINT + _ANEW)
     winner = found.competition.winner
     fit = winner if winner.names else found.competition.sheet
     values = marked_alone(alone.values(fit), set(sizes))
@@ -78,14 +87,7 @@ def diagnose_cylinders(
     diagnosis = with_description(diagnosis, found.fitter, found.competition)
     told = {*(one.effect for one in diagnosis.causes), *(one.parameter for one in diagnosis.sheet)}
     values = [[one for one in each if one.of in told] for each in values]
-    unseen = _unseen(
-        recordings,
-        drive,
-        without,
-        sources,
-        drive_name,
-        lambda share: tell(1.0 - _UNSEEN * (1.0 - share)),
-    )
+    unseen = _unseen(others, recordings, sources, drive_name)
     limits, not_told = limits_of(found.fitter, final, found.barred)
     names = names_of(sources)
     return dataclasses.replace(
@@ -182,15 +184,9 @@ def _played(replay: JoinedReplay, number: int, fit: Fit, sheet: Sheet) -> FloatA
 
 
 def _unseen(
-    recordings: Sequence[Recording],
-    drive: DriveParameters,
-    without: Collection[str],
-    sources: Sequence[str],
-    drive_name: str,
-    tell: Callable[[float], None],
+    found: Judged, recordings: Sequence[Recording], sources: Sequence[str], drive_name: str
 ) -> Unseen:
-    """What the others name alone, held against the last recording."""
-    found = judged(_replays(recordings[:-1], sources[:-1]), drive, without, tell)
+    """What the others name alone, held against the last recording; found: of the others."""
     diagnosis, final = assembled(found, ", ".join(sources[:-1]), drive_name)
     fitter = found.fitter
     last = Replay(recordings[-1], fitter.replay.nominal, sources[-1])
