@@ -23,7 +23,7 @@ from ecyl_ros.gap.describe.coordinates import without_scale
 from ecyl_ros.gap.describe.describe import Described, describe
 from ecyl_ros.gap.describe.formula import formula
 from ecyl_ros.gap.describe.guess import Guess
-from ecyl_ros.gap.describe.missing import TORQUE, missing
+from ecyl_ros.gap.describe.missing import TORQUE, VOLTAGE, missing
 from ecyl_ros.gap.describe.motion import Motion
 from ecyl_ros.gap.describe.nearest import played_curve
 from ecyl_ros.gap.describe.play import evaluate, play
@@ -77,6 +77,20 @@ def _cubic() -> tuple[Case, Fitter, Described]:
     found = describe(fitter, _alone(fitter), lambda share: None)
     assert found is not None
     return case, fitter, found
+
+
+def test_laws_are_looked_for_in_the_balances_that_are_known():
+    """Flanks that never carry the load while it moves leave torque and rod unknown: what is missing
+    may then be a voltage, and no error of the current, which needs the torque as well."""
+    _, fitter = _case("x_law_cubic_drag")
+    motion = Motion.of(fitter.replay, fitter.replay.full({}))
+    found = missing(motion, fitter.sheet)
+    apart = {
+        name: one if name == VOLTAGE else dataclasses.replace(one, rows=one.rows[:0])
+        for name, one in found.items()
+    }
+    assert set(balances_of(found, motion, fitter.rows)) >= {"torque", "current_error"}
+    assert set(balances_of(apart, motion, fitter.rows)) == {"inverter_voltage"}
 
 
 def test_a_law_is_found_at_its_port_with_its_variable_and_its_curve():

@@ -171,6 +171,7 @@ def balances_of(
         made["torque"] = made["friction"] = torque
     if VOLTAGE in found:
         made["inverter_voltage"] = Balance([(found[VOLTAGE], 1.0)], motion, fitted)
+    if TORQUE in found and VOLTAGE in found:
         made["current_error"] = Balance(
             [
                 (found[TORQUE], -drive.motor.torque_constant),
