@@ -6,11 +6,8 @@ import dataclasses
 from collections.abc import Mapping, Sequence
 
 import pytest
+from short_motions import DRIVE, recorded
 
-from ecyl_ros.drive.drive_file import load_drive
-from ecyl_ros.drive.engine import simulate
-from ecyl_ros.drive.reference.sine import Sine
-from ecyl_ros.drive.telemetry import simulation_recording
 from ecyl_ros.gap.compete.candidates import Candidates
 from ecyl_ros.gap.compete.carried import carried_over
 from ecyl_ros.gap.compete.compete import compete
@@ -20,21 +17,13 @@ from ecyl_ros.gap.fit.fit import Fitter
 from ecyl_ros.gap.replay.replay import Replay
 from ecyl_ros.gap.several.joined_replay import JoinedReplay
 
-DRIVE = load_drive("bench")
 FRICTION, LOAD = "rotor_coulomb_friction", "constant_load"
 NAMES = (FRICTION, LOAD, "load_coulomb_friction", "rotor_viscous_friction")
-MOTIONS = [Sine(amplitude=3e-3, frequency=f) for f in (1.0, 1.7, 0.8)]
 
 
 def _fitter(numbers: Sequence[int], effects: Mapping[str, Mapping[str, float]]) -> Fitter:
     """Of recordings of one machine on some of the motions."""
-    parts = []
-    for number in numbers:
-        motion = MOTIONS[number]
-        sensors = dataclasses.replace(DRIVE.sensors, noise_seed=300 + number)
-        machine = dataclasses.replace(DRIVE, sensors=sensors, effects=effects)
-        run = simulate(machine, lambda i, motion=motion: motion.sample(i / DRIVE.sample_rate), 2.5)
-        parts.append(Replay(simulation_recording(run, machine), DRIVE, f"{number}"))
+    parts = [Replay(recorded(number, effects), DRIVE, f"{number}") for number in numbers]
     replay = JoinedReplay(parts)
     return Fitter(replay, replay.held_out())
 

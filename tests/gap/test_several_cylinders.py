@@ -4,18 +4,14 @@ from __future__ import annotations
 
 import dataclasses
 import json
-from collections.abc import Mapping
 
 import numpy as np
 import pytest
+from short_motions import DRIVE, recorded
 from small_field import without_all_but
 
 import ecyl_ros as ec
-from ecyl_ros.drive.drive_file import load_drive
-from ecyl_ros.drive.engine import simulate
 from ecyl_ros.drive.parameters import DriveParameters
-from ecyl_ros.drive.reference.sine import Sine
-from ecyl_ros.drive.telemetry import simulation_recording
 from ecyl_ros.errors import InputError
 from ecyl_ros.gap.diagnosis import Diagnosis
 from ecyl_ros.gap.replay.replay import Replay
@@ -25,26 +21,11 @@ from ecyl_ros.gap.several.joined_replay import JoinedReplay
 from ecyl_ros.gap.several.together import diagnose_together
 from ecyl_ros.recording.signals import Recording
 
-DRIVE = load_drive("bench")
 FRICTION = "rotor_coulomb_friction"
 WITHOUT = without_all_but(
     FRICTION, "load_coulomb_friction", "constant_load", "rotor_viscous_friction"
 )
 NAMES = ["a.mcap", "b.mcap", "c.mcap"]
-MOTIONS = [Sine(amplitude=3e-3, frequency=f) for f in (1.0, 1.7, 0.8)]
-SECONDS = 2.5
-
-
-def recorded(
-    number: int, effects: Mapping[str, Mapping[str, float]], off: float = 1.0
-) -> Recording:
-    """A motion of the bench drive with effects on it; off: factor of its torque constant."""
-    motor = dataclasses.replace(DRIVE.motor, torque_constant=off * DRIVE.motor.torque_constant)
-    sensors = dataclasses.replace(DRIVE.sensors, noise_seed=100 + number)
-    drive = dataclasses.replace(DRIVE, motor=motor, sensors=sensors, effects=effects)
-    motion = MOTIONS[number]
-    run = simulate(drive, lambda i: motion.sample(i / drive.sample_rate), SECONDS)
-    return simulation_recording(run, drive)
 
 
 def together(

@@ -144,7 +144,7 @@ def _keep_freed_memory() -> None:
     """Have arrays made of memory that others have left, as a process of its own does.
 
     Dask starts its workers such that they hand back whatever is freed; where arrays of some 100 kB
-    come and go by the thousand, a tenth of the time goes into getting it again.
+    come and go by the thousand, getting it again takes several per cent of the time.
     """
     try:
         set_option = ctypes.CDLL(None).mallopt

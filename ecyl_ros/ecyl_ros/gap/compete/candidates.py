@@ -28,8 +28,8 @@ from .promise import Promise, Promises, best_of_each
 
 STARTS = 6  # of one effect alone
 _STARTS_IN_SETS = 2
-_KEPT_SINGLES = 9
-_POLISHED_SINGLES = 2
+KEPT_SINGLES = 9
+_NEAR = 4  # steps of a fit from a start near its end
 _SETTLING = 3  # polishes at the most
 _POLISHING = 8  # steps at the most in each stage; a fit that has ended takes fewer
 _KEPT_SETS = 6
@@ -136,12 +136,16 @@ class Candidates:
         """Fit each from afar; those that have come nearest so far go first."""
         return self.search(fits, [one.fitted for one in fits]) if fits else []
 
+    def near(self, start: Fit) -> Fit:
+        """A fit from a start that is near its end, as far as a comparison needs."""
+        return self.fitter.fit(start, steps=_NEAR, stage=MEDIUM, known=self.null)
+
     def refitted(self, start: Fit, pool: Sequence[Fit], winner: Fit) -> Fit:
         """The best fit of a smaller set than `winner`, from `start` or in `pool`.
 
         To its end only where it comes near the winner: elsewhere it is known to be needed.
         """
-        near = self.fitter.fit(start, steps=4, stage=MEDIUM, known=self.null)
+        near = self.near(start)
         known = [near, *(one for one in pool if set(one.names) == set(start.names))]
         best = min(known, key=lambda one: one.fitted)
         if best.fitted > BEHIND * winner.fitted:
@@ -151,6 +155,11 @@ class Candidates:
     def polish(self, fits: Sequence[Fit]) -> list[Fit]:
         """Fit each to the end, with the parameters that only shape its effects."""
         return side_by_side(lambda one: polish(self.fitter, one, _POLISHING), fits)
+
+    def front(self, fits: Sequence[Fit]) -> list[Fit]:
+        """The first of `fits`, best first, and a second that comes near it, fitted to the end."""
+        near = [one for one in fits[1:2] if one.fitted < CLOSE * fits[0].fitted]
+        return self.polish([*fits[:1], *near])
 
     def _afresh(self, polished: list[Fit]) -> list[Fit]:
         """With the first, where it leaves more than the floor, fitted from an unbent sheet, too."""
@@ -172,15 +181,12 @@ class Candidates:
         self.library = started
         report(0.3)
         order = self._promises.best(self.null, started)
-        kept = order[:_KEPT_SINGLES]
+        kept = order[:KEPT_SINGLES]
         fitted = self.search(self._sized(kept), [one.score for one in kept])
         report(0.7)
-        close = [
-            one for one in fitted[1:_POLISHED_SINGLES] if one.fitted < CLOSE * fitted[0].fitted
-        ]
-        polished = self._afresh(self.polish([*fitted[:1], *close]))
+        polished = self._afresh(self.front(fitted))
         self.library = started + fitted + polished
-        rest = [one.fit for one in order[_KEPT_SINGLES:]]
+        rest = [one.fit for one in order[KEPT_SINGLES:]]
         report(1.0)
         return sorted(polished + fitted[len(polished) :] + rest, key=lambda one: one.fitted)
 
@@ -246,8 +252,7 @@ class Candidates:
             hopeful += self._more_together(glimpsed)
             glimpsed = [one for one in glimpsed if one not in hopeful]
             searched = sorted(searched + self.searched(hopeful), key=lambda one: one.fitted)
-        close = [one for one in searched[1:2] if one.fitted < CLOSE * searched[0].fitted]
-        polished = self._afresh(self.polish([*searched[:1], *close]))
+        polished = self._afresh(self.front(searched))
         rest = searched[len(polished) :] + glimpsed
         return sorted(polished + rest, key=lambda one: one.fitted)
 

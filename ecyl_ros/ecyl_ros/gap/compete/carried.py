@@ -7,18 +7,12 @@ no nearer on all.
 
 from __future__ import annotations
 
-import dataclasses
-
 from ..fit.fit import Fit
-from ..fit.stages import MEDIUM
 from ..side_by_side import side_by_side
-from .candidates import BEHIND, CLOSE, Candidates
+from .candidates import BEHIND, KEPT_SINGLES, Candidates
 from .competition import Competition, enough, others, pruned
 from .earn import earns
 from .forms import Forms
-
-_KEPT = 9  # sets of each size, the best: as many as are searched for of single effects
-_STEPS = 4  # of a look at each
 
 
 def carried_over(field: Candidates, forms: Forms, begun: Competition) -> Competition | None:
@@ -27,16 +21,13 @@ def carried_over(field: Candidates, forms: Forms, begun: Competition) -> Competi
     field, forms: of all the recordings, with the sheet alone.
     """
     fitter, null = field.fitter, field.null
-
     far = BEHIND * begun.winner.fitted  # on some of the recordings already
 
     def near(one: Fit) -> Fit:
         start = fitter.evaluate(one.values, one.pulls)
-        if one.fitted > far:
-            return start
-        return fitter.fit(start, steps=_STEPS, stage=MEDIUM, known=null)
+        return start if one.fitted > far else field.near(start)
 
-    sets = [begun.winner, *begun.rivals[:_KEPT], *begun.singles[:_KEPT]]
+    sets = [begun.winner, *begun.rivals[:KEPT_SINGLES], *begun.singles[:KEPT_SINGLES]]
     unlike = {frozenset(one.names): one for one in reversed(sets) if one.names}
     pool = side_by_side(near, unlike.values())
     if not pool:
@@ -47,8 +38,7 @@ def carried_over(field: Candidates, forms: Forms, begun: Competition) -> Competi
         fits = sorted((one for one in pool if len(one.names) == size), key=lambda one: one.fitted)
         if fits[0].fitted > reach:
             continue
-        close = [one for one in fits[1:2] if one.fitted < CLOSE * fits[0].fitted]
-        polished = field.polish([fits[0], *close])
+        polished = field.front(fits)
         fits = sorted([*polished, *fits[len(polished) :]], key=lambda one: one.fitted)
         pool += polished
         fitter.test_floor(fits[0])
@@ -63,13 +53,4 @@ def carried_over(field: Candidates, forms: Forms, begun: Competition) -> Competi
     winner, without = pruned(field, winner, pool)
     singles = sorted((one for one in pool if len(one.names) == 1), key=lambda one: one.fitted)
     rivals.sort(key=lambda one: one.judged)
-    return dataclasses.replace(
-        begun,
-        nominal=fitter.nominal,
-        sheet=null,
-        singles=tuple(singles),
-        winner=winner,
-        rivals=tuple(rivals),
-        leave_one_out=without,
-        unsearched=0,
-    )
+    return Competition(fitter.nominal, null, tuple(singles), winner, tuple(rivals), without)

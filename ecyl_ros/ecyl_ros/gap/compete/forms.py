@@ -13,7 +13,6 @@ from itertools import product
 from ...effects.catalogue import CATALOGUE
 from ..fit.descent import glimpse
 from ..fit.fit import Fit
-from ..fit.stages import MEDIUM
 from ..side_by_side import side_by_side
 from .candidates import BEHIND, SEARCHED_SETS, STARTS, Candidates
 from .earn import at_noise, earns
@@ -75,7 +74,7 @@ class Forms:
 
     def _near(self, start: Fit, best: Fit) -> Fit | None:
         """A fit from a start near its end; None where it comes nowhere near the best."""
-        near = self.fitter.fit(start, steps=4, stage=MEDIUM, known=self.field.null)
+        near = self.field.near(start)
         if near.fitted > BEHIND * best.fitted:
             return None
         return self.field.polish([near])[0]
