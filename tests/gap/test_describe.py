@@ -266,7 +266,7 @@ def test_only_what_is_unexplained_is_described():
 
 def _rows(target: np.ndarray, count: int) -> Rows:
     block = np.arange(count) // 40
-    return Rows(target, np.zeros((0, count)), block, np.ones(count), float(count))
+    return Rows(target, np.zeros((0, count)), block, np.ones(count), float(count), np.zeros(0))
 
 
 def test_prediction_finds_the_smoothness_that_the_truth_has():
@@ -291,7 +291,7 @@ def test_a_law_beside_a_sheet_bent_by_tens_of_tolerances_predicts_nothing():
     rng = np.random.default_rng(4)
     x, other = rng.uniform(-1.0, 1.0, (2, 800))
     bare = _rows(40.0 * x + rng.standard_normal(x.size), x.size)
-    rows = dataclasses.replace(bare, sheet=x[None])
+    rows = dataclasses.replace(bare, sheet=x[None], growth=np.zeros(1))
     found = []
     for values in (x, other):
         axis = (Axis.over("position", values, paired=False),)
@@ -299,6 +299,42 @@ def test_a_law_beside_a_sheet_bent_by_tens_of_tolerances_predicts_nothing():
     right, wrong = found
     assert np.abs(wrong.pulls).max() > 30.0  # it predicts, by its own figure
     assert right.error < 2.0 and wrong.error > 100.0 * right.error
+
+
+def test_a_straight_law_does_not_bend_the_constant_that_it_is_exchangeable_with():
+    """What a drag of the speed and a viscous friction of the sheet could both be is the law's,
+    however smooth the data choose it: the constant costs, the law does not."""
+    rng = np.random.default_rng(6)
+    x = rng.uniform(-1.0, 1.0, 800)
+    rows = dataclasses.replace(
+        _rows(5.0 * x + rng.standard_normal(x.size), x.size), sheet=x[None], growth=np.zeros(1)
+    )
+    axis = (Axis.over("speed", x, paired=False),)
+    found = regress(rows, columns(axis, [x], x.size), roughness(axis), 1.0)
+    assert abs(found.pulls[0]) < 1e-3
+    assert np.polyfit(axis[0].at, found.values, 1)[0] == pytest.approx(5.0, rel=0.05)
+
+
+def test_what_a_balance_leaves_does_not_shrink_torque_constant_and_inertia_together():
+    """A balance leaves less if all its torques are smaller, and so is the law beside them; counted
+    in the noise that the constants make of the sensors', it does not."""
+    rng = np.random.default_rng(7)
+    speed, of_inertia = rng.uniform(-1.0, 1.0, 800), 60.0 * rng.standard_normal(800)
+    noise = 5.0 * rng.standard_normal(800)
+    of_current = of_inertia - 30.0 * speed + noise
+    sheet = 0.04 * np.array([-of_inertia, of_current])
+    bare = dataclasses.replace(_rows(of_inertia - of_current, 800), sheet=sheet)
+    axis = (Axis.over("speed", speed, paired=False),)
+    law = columns(axis, [speed], speed.size)
+    slope, pulls = {}, {}
+    for name, growth in (("raw", np.zeros(2)), ("counted", np.array([0.0, 0.04]))):
+        rows = dataclasses.replace(bare, growth=growth)
+        found = regress(rows, law, roughness(axis), 25.0)
+        slope[name] = np.polyfit(axis[0].at, found.values, 1)[0]
+        pulls[name] = found.pulls
+    assert np.all(pulls["raw"] < -1.0)
+    assert np.all(np.abs(pulls["counted"]) < 0.3)
+    assert abs(slope["counted"] - 30.0) < 0.3 * abs(slope["raw"] - 30.0)
 
 
 def _guess(of: tuple[str, ...], errors: np.ndarray, freedom: float) -> Guess:

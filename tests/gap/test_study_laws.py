@@ -80,6 +80,15 @@ def test_another_size_place_or_variable_is_not_its_own_curve() -> None:
     assert off_own_curve(_law("rotor_friction", ["position"], SPEEDS, drag), FRICTION) is None
 
 
+def test_an_angle_that_never_went_round_may_be_told_as_a_position() -> None:
+    """The same wave over the stroke is its own curve after 1.2 turns, and not after three."""
+    turned = np.linspace(0.0, 1.2 * 2.0 * np.pi, 48)
+    wave = 0.05 * np.sin(6.0 * turned + hidden_phases("cogging_torque", 7)[0])
+    law = _law("rotor_torque", ["position"], ROD_PER_ROTOR_M * turned, wave)
+    assert off_own_curve(law | {"turns": {"rotor_angle": 1.2}}, COGGING) == pytest.approx(0.0)
+    assert off_own_curve(law | {"turns": {"rotor_angle": 3.0}}, COGGING) is None
+
+
 def test_a_rigid_drive_has_no_curve_at_the_ports_of_a_cylinder() -> None:
     """Its effects of the same names have other parameters: they are not scored."""
     assert has_own_curve(SPRING)

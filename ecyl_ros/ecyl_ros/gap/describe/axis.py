@@ -20,7 +20,6 @@ from ..replay.replay import FloatArray
 ALONE = {"position": 48, "rotor_angle": 48, "screw_angle": 48, "heat": 12, "direction": 2}
 _ALONE, PAIRED = 24, 10
 _PERIODIC_PAIRED = 12
-_LEVEL = 1e-6  # ridge on the values themselves, for what nothing else holds
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,11 +95,8 @@ def roughness(axes: tuple[Axis, ...]) -> FloatArray:
     if not axes:
         return np.zeros((1, 1))
     if len(axes) == 1:
-        size = len(axes[0].at)
-        return axes[0].roughness() + _LEVEL * np.eye(size)
+        return axes[0].roughness()
     first, second = (one.roughness() for one in axes)
     a, b = len(first), len(second)
-    found: FloatArray = (
-        np.kron(first, np.eye(b)) / b + np.kron(np.eye(a), second) / a + _LEVEL * np.eye(a * b)
-    )
+    found: FloatArray = np.kron(first, np.eye(b)) / b + np.kron(np.eye(a), second) / a
     return found

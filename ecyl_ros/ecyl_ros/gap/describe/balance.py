@@ -43,11 +43,13 @@ class Balance:
         self.rows = [one.rows[fitted[one.rows]] for one, _ in parts]
         pulled = sorted({row for one, _ in parts for row in one.pulled})
         targets, sheets = [], []
+        growth = np.zeros(len(pulled))
         for (one, _), rows in zip(parts, self.rows, strict=True):
             targets.append(one.values[rows] / one.noise)
             sheet = np.zeros((len(pulled), len(rows)))
             for index, row in enumerate(one.pulled):
                 sheet[pulled.index(row)] = one.columns[index, rows] / one.noise
+                growth[pulled.index(row)] += one.growth[index] * len(rows)
             sheets.append(sheet)
         self.pulled = tuple(pulled)
         where = np.concatenate(self.rows)
@@ -61,6 +63,7 @@ class Balance:
             stretches(motion, where),
             np.ones(len(where)),
             max(EVIDENCE_PER_S * seconds, 1.0),
+            growth / len(where),
         )
         self.level = max(float(np.mean(self.data.target**2)), 1.0)
 

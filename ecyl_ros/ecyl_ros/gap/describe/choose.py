@@ -19,6 +19,7 @@ from scipy.optimize import minimize_scalar
 from ...drive.law import PERIODS
 from ..replay.replay import FloatArray
 from .balance import Balance
+from .chance import LEVEL, probability
 from .guess import Guess, Trial
 from .motion import HEAT_S
 from .regress import Regression
@@ -26,7 +27,7 @@ from .trials import pairs, singles, waves
 from .visited import Visited
 
 _ONE_SIDED_95 = 1.645
-_EXPLAINS = 0.5  # share of what the sheet alone leaves of a balance that a law has to predict
+_EXPLAINS = 0.5  # share of what the sheet alone leaves above the noise that a law has to predict
 _NEAR = 2  # sets of each sort that are tried in closed loop
 _LOOKED_AT = 5  # pairs of variables that are looked at closely
 _HEAT_STEP = math.log(HEAT_S[1] / HEAT_S[0])  # from one time constant of heat to the next
@@ -73,7 +74,11 @@ class Choice:
         return found
 
     def _explains(self, guess: Guess) -> bool:
-        return guess.found.error <= (1.0 - _EXPLAINS) * self.alone.error
+        above_noise = max(self.alone.error - 1.0, 0.0)
+        if guess.found.error - 1.0 > (1.0 - _EXPLAINS) * above_noise:
+            return False
+        used = self.alone.count > 0
+        return probability(self.alone.errors[used], guess.found.errors[used], 1) <= LEVEL
 
 
 def heated(kind: str, trial: Trial, level: float, balance: Balance) -> Guess:

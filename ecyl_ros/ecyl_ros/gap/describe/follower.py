@@ -157,4 +157,5 @@ def _missing(followed: Followed, seen: MeasuredMotion, rows: np.ndarray, end: st
     )
     known = np.flatnonzero(seen.known)
     pulled = tuple(range(len(columns)))
-    return Missing(_PORT, end, values, followed.floor, seen.known, known, columns, pulled)
+    same = np.zeros(len(pulled))  # what is measured is the position, whatever the follower
+    return Missing(_PORT, end, values, followed.floor, seen.known, known, columns, pulled, same)

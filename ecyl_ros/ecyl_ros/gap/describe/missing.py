@@ -7,6 +7,7 @@ constants free within their sheet, is what acts at its ports beyond the model.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -34,6 +35,8 @@ class Missing:
         rows: int64[m], known ones far enough apart that their noise is independent.
         columns: float64[k, n], what a pull of 1 of each of `pulled` adds to `values`.
         pulled: rows of the sheet.
+        growth: float64[k], by what the logarithm of `noise` grows with a pull of 1 of each: larger
+            constants make more of the same sensors' noise.
     """
 
     balance: str
@@ -44,6 +47,7 @@ class Missing:
     rows: np.ndarray
     columns: FloatArray
     pulled: tuple[int, ...]
+    growth: FloatArray
 
 
 def _gain(smooth: Smoother, derivative: int = 0) -> float:
@@ -81,12 +85,16 @@ def _torque(motion: Motion, sheet: Sheet, floor: Mapping[str, float]) -> Missing
         "load.viscous_friction": motion.speed,
         "motor.torque_constant": -motion.current,
     }
-    noise = np.hypot(
-        gain * floor["current_q"] * _gain(smooth),
-        inertia * _speed_noise(motion.replay, floor) * _gain(smooth, 1),
-    )
+    of_current = floor["current_q"] * _gain(smooth)
+    of_acceleration = _speed_noise(motion.replay, floor) * _gain(smooth, 1)
+    squares = {
+        "motor.rotor_inertia": inertia * of_acceleration**2,
+        "load.inertia": inertia * of_acceleration**2,
+        "motor.torque_constant": gain * of_current**2,
+    }
+    noise = float(np.hypot(gain * of_current, inertia * of_acceleration))
     known = motion.contact & motion.moving & motion.replay.usable
-    return _made(TORQUE, "N m", values, float(noise), known, motion, sheet, per_unit)
+    return _made(TORQUE, "N m", values, noise, known, motion, sheet, per_unit, squares)
 
 
 def _voltage(motion: Motion, sheet: Sheet, floor: Mapping[str, float]) -> Missing:
@@ -103,13 +111,18 @@ def _voltage(motion: Motion, sheet: Sheet, floor: Mapping[str, float]) -> Missin
         "motor.inductance": slope,
         "motor.back_emf_constant": motion.speed,
     }
-    noise = np.sqrt(
-        (motor.resistance * floor["current_q"] * _gain(smooth)) ** 2
-        + (motor.inductance * floor["current_q"] * _gain(smooth, 1)) ** 2
-        + (floor["voltage_q"] * _gain(smooth)) ** 2
+    of_current, of_slope = (floor["current_q"] * _gain(smooth, one) for one in (0, 1))
+    noise = math.hypot(
+        motor.resistance * of_current,
+        motor.inductance * of_slope,
+        floor["voltage_q"] * _gain(smooth),
     )
+    squares = {
+        "motor.resistance": motor.resistance * of_current**2,
+        "motor.inductance": motor.inductance * of_slope**2,
+    }
     known = motion.replay.usable & ~_shaken(motion)
-    return _made(VOLTAGE, "V", values, float(noise), known, motion, sheet, per_unit)
+    return _made(VOLTAGE, "V", values, noise, known, motion, sheet, per_unit, squares)
 
 
 def _rod(motion: Motion, sheet: Sheet, floor: Mapping[str, float]) -> Missing:
@@ -124,9 +137,14 @@ def _rod(motion: Motion, sheet: Sheet, floor: Mapping[str, float]) -> Missing:
         "transmission.backlash": 0.5 * motion.side,
         "transmission.stiffness": -carried / drive.transmission.stiffness[0],
     }
-    noise = np.hypot(floor["rod_position"] / ratio, floor["rotor_position"]) * _gain(smooth)
+    of_rod, of_rotor = (floor[one] * _gain(smooth) for one in ("rod_position", "rotor_position"))
+    squares = {
+        "transmission.lead": -((of_rod / ratio) ** 2) / drive.transmission.lead,
+        "transmission.gear_ratio": (of_rod / ratio) ** 2 / drive.transmission.gear_ratio,
+    }
+    noise = math.hypot(of_rod / ratio, of_rotor)
     known = motion.contact & motion.moving & motion.replay.usable
-    return _made(ROD, "rad", values, float(noise), known, motion, sheet, per_unit)
+    return _made(ROD, "rad", values, noise, known, motion, sheet, per_unit, squares)
 
 
 def _shaken(motion: Motion) -> BoolArray:
@@ -152,11 +170,15 @@ def _made(
     motion: Motion,
     sheet: Sheet,
     per_unit: Mapping[str, FloatArray],
+    squares: Mapping[str, float],
 ) -> Missing:
+    """per_unit: float64[n], what a unit of a constant adds to `values` as it is missing, negative.
+    squares: half of what it adds to the square of the noise."""
     known = known & np.isfinite(values)
     pulled = [row for row, key in enumerate(sheet.keys) if key in per_unit]
     # A constant above its nominal value takes from what the nominal one leaves.
     columns = [-per_unit[sheet.keys[row]] * sheet.tolerance[row] for row in pulled]
+    growth = [squares.get(sheet.keys[row], 0.0) * sheet.tolerance[row] for row in pulled]
     step = max(1, motion.smooth.points // 2)
     rows = np.flatnonzero(known)
     # One row in so many, wherever a known stretch begins.
@@ -170,4 +192,5 @@ def _made(
         rows,
         np.array(columns).reshape(len(pulled), len(values)),
         tuple(pulled),
+        np.array(growth) / noise**2,
     )

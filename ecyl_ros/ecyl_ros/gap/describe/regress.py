@@ -30,6 +30,7 @@ class Rows:
         block: int64[m], the stretch each row lies in, 0, 1, ...
         weight: float64[m], what the square of a row's error counts for.
         evidence: independent pieces of evidence in the rows.
+        growth: float64[k], by what the logarithm of the noise grows with a pull of 1.
     """
 
     target: FloatArray
@@ -37,6 +38,7 @@ class Rows:
     block: np.ndarray
     weight: FloatArray
     evidence: float
+    growth: FloatArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,6 +111,7 @@ class Normal:
         self.price = np.zeros((whole, whole))
         held = np.arange(self.size, whole)
         self.price[held, held] = PULL_PRICE
+        self.growth = np.concatenate([np.zeros(self.size), rows.growth])
 
     def held(self, smooth: float, level: float) -> FloatArray:
         """What is added to the normal equations; level: mean square error."""
@@ -116,10 +119,21 @@ class Normal:
         found: FloatArray = smooth * self.rough + weight * self.price
         return found
 
+    def grown(self, square: float) -> FloatArray:
+        """What is added to the right of the normal equations: float64[k + p].
+
+        A row counts in units of its noise, which grows with the constants: else all torques smaller
+        by one factor would leave less, and what is left of one law would be taken for another's.
+        square: of what is left, summed.
+        """
+        found: FloatArray = square * self.growth
+        return found
+
     def predict(self, smooth: float, level: float, folds: Sequence[np.ndarray]) -> FloatArray:
         """Squared errors of prediction by stretch: float64[blocks]."""
         added = self.held(smooth, level)
-        gram, right = self.gram.sum(axis=0) + added, self.slope.sum(axis=0)
+        gram = self.gram.sum(axis=0) + added
+        right = self.slope.sum(axis=0) + self.grown(level * float(self.count.sum()))
         left = np.stack([gram - self.gram[fold].sum(axis=0) for fold in folds])
         index = np.arange(left.shape[1])
         left[:, index, index] *= 1.0 + 1e-9
@@ -169,7 +183,10 @@ def regress(
     assert best_errors is not None
     whole = normal.gram.sum(axis=0)
     inverse = inverse_of(whole + normal.held(best, level))
-    found = inverse @ normal.slope.sum(axis=0)
+    right = normal.slope.sum(axis=0)
+    found = inverse @ (right + normal.grown(level * float(normal.count.sum())))
+    left = float(normal.square.sum() + found @ (whole @ found - 2.0 * right))
+    found = inverse @ (right + normal.grown(max(left, 0.0)))
     size = normal.size
     freedom = float(np.trace((inverse @ whole)[:size, :size]))
     stiff = best * normal.scale * rows.evidence / (level * float(normal.count.sum()))

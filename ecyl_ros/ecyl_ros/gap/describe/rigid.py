@@ -62,8 +62,9 @@ def _missing(judgement: Judgement, motion: MeasuredMotion) -> Missing:
     rows = np.flatnonzero(motion.known)
     pulled = tuple(range(len(sheet)))
     unit = judgement.motion.effort_unit
+    same = np.zeros(len(pulled))  # the effort is what is measured, whatever the drive
     return Missing(
-        TORQUE, unit, -balance.target, judgement.floor, motion.known, rows, -sheet, pulled
+        TORQUE, unit, -balance.target, judgement.floor, motion.known, rows, -sheet, pulled, same
     )
 
 

@@ -33,7 +33,7 @@ _FREE = {
 
 def singles(kind: str, motion: Visited) -> list[Trial]:
     """No variable, and each one that makes sense at a kind of port."""
-    found = [] if kind == "friction" else [Trial(())]
+    found = [Trial(())]
     for one in _FREE[kind]:
         if motion.periods(one, False) < LEAST_TURNS:
             continue

@@ -53,7 +53,7 @@ def place(law: Law) -> str:
 def depends(law: Law) -> str:
     """What it depends on, in words."""
     if not law.of:
-        return "that is always the same"
+        return f"that is always the same{', both ways' if law.of_friction else ''}"
     names = " and ".join(VARIABLES[one] for one in law.of)
     return f"that depends on {names}{_manner(law)}"
 

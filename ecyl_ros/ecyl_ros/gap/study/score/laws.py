@@ -12,10 +12,9 @@ from ..cylinder.law import VARIABLES, shape
 from ..cylinder.unnamed import UNNAMED, Unnamed
 from .answers import Judged, said_nothing_wrong
 from .figure import Figure, counted, mean, quantile
-from .own_curve import WITHIN, has_own_curve, off_own_curve
+from .own_curve import REPEATED, WITHIN, has_own_curve, off_own_curve
 
 _PLACES = {"position", "rotor_angle", "screw_angle"}
-_REPEATED = 1.5  # turns from which a recording tells an angle from a position
 
 
 def law_figures(judged: Sequence[Judged]) -> list[Figure]:
@@ -100,7 +99,7 @@ def of_right(law: Mapping[str, Any], kind: Unnamed) -> bool:
         found.discard("direction")
     if "speed" in wanted:
         wanted.discard("direction")
-    once = {name for name in _PLACES if turns.get(name, 0.0) < _REPEATED}
+    once = {name for name in _PLACES if turns.get(name, 0.0) < REPEATED}
     return _merged(found, once) == _merged(wanted, once)
 
 

@@ -17,6 +17,7 @@ from ..cylinder.stage import hidden_phases
 FloatArray = npt.NDArray[np.float64]
 Places = Mapping[str, FloatArray]
 WITHIN = 0.1  # of the curve's RMS over what was visited
+REPEATED = 1.5  # turns from which a recording tells an angle from a position
 
 
 def _stribeck(values: Values, x: Places, phase: float) -> FloatArray:
@@ -69,12 +70,15 @@ def off_own_curve(law: Mapping[str, Any], case: Case) -> float | None:
     """RMS by which a law is off the withheld effect's curve, as a share of the curve's RMS.
 
     Over the places that were visited. None where the law acts elsewhere or depends on what cannot
-    give the effect. A drag may be told as a torque against the direction of motion.
+    give the effect. A drag may be told as a torque against the direction of motion, and an angle
+    that never went round as a position.
     """
     ((name, values),) = case.effects.items()
     port, curve = _CURVES[name]
     at = [np.array(law["table"][key]) for key in ("at", "at_2")[: len(law["of"])]]
     x = dict(zip(law["of"], np.meshgrid(*at, indexing="ij"), strict=True))
+    if "position" in x and law["turns"].get("rotor_angle", np.inf) < REPEATED:
+        x["rotor_angle"] = x["position"] / case.facts["rod_per_rotor_m"]
     try:
         true = np.asarray(curve(values, x, hidden_phases(name, case.seed)[0]), dtype=float)
     except KeyError:
