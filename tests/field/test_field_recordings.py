@@ -168,6 +168,33 @@ def test_laas_current_shows_the_same_cogging_in_both_states(tmp_path) -> None:
 
 
 @needs_field
+def test_laas_cogging_without_its_name_is_a_law_of_the_angle(tmp_path) -> None:
+    """72 waves a turn of 5 mN m, not a law of the speed that the loop answers them with."""
+    without = (
+        "cogging_torque,torque_ripple,periodic_disturbance,constant_load,load_dependent_friction,"
+        "stribeck_friction,rotor_coulomb_friction,friction_drift,rotor_viscous_friction,"
+        "direction_dependent_friction"
+    )
+    result = _diagnosed(
+        tmp_path,
+        "laas_pmsm_cogging/speed_test1.txt",
+        "laas",
+        "laas_loop",
+        "--mode",
+        "0",
+        "--without",
+        without,
+    )
+    law = result["law"]
+    assert (law["port"], law["of"]) == ("rotor_torque", ["rotor_angle"])
+    values = np.array(law["table"]["values"])
+    waves = 2.0 * np.abs(np.fft.rfft(values)) / values.size
+    order = np.argmax(waves[1:]) + 1
+    assert order * round(2.0 * np.pi / law["period"][0]) == 72
+    assert waves[order] == pytest.approx(5.1e-3, rel=0.2)
+
+
+@needs_field
 @pytest.mark.parametrize("folder", ["backlash_detection", "friction_gravity"])
 def test_sage_is_told_what_it_allows_and_no_more(tmp_path, folder) -> None:
     """Two runs of a joint agree on lag and dead band; no cause is named, the limits are."""

@@ -315,6 +315,21 @@ def test_a_straight_law_does_not_bend_the_constant_that_it_is_exchangeable_with(
     assert np.polyfit(axis[0].at, found.values, 1)[0] == pytest.approx(5.0, rel=0.05)
 
 
+def test_noise_smaller_than_stated_makes_the_band_of_a_law_smaller():
+    """A floor that holds what nobody could repeat is refuted by a law that predicts better."""
+    rng = np.random.default_rng(8)
+    x = rng.uniform(-1.0, 1.0, 800)
+    axis = (Axis.over("speed", x, paired=False),)
+    wide = {}
+    for noise in (1.0, 0.1):
+        rows = _rows(5.0 * x**2 + noise * rng.standard_normal(x.size), x.size)
+        found = regress(rows, columns(axis, [x], x.size), roughness(axis), 1.0)
+        wide[noise] = np.sqrt(np.diag(found.covariance)).mean()
+        off = found.values - 5.0 * axis[0].at ** 2
+        assert np.sqrt(np.mean(off**2)) < 2.0 * wide[noise]
+    assert wide[0.1] < 0.3 * wide[1.0]
+
+
 def test_what_a_balance_leaves_does_not_shrink_torque_constant_and_inertia_together():
     """A balance leaves less if all its torques are smaller, and so is the law beside them; counted
     in the noise that the constants make of the sensors', it does not."""

@@ -6,6 +6,7 @@ import json
 import math
 from collections.abc import Callable
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -15,7 +16,7 @@ import ecyl_ros as ec
 from ecyl_ros.drive.law import law_from_flat, law_to_flat
 from ecyl_ros.gap.describe.description import Description
 from ecyl_ros.gap.describe.guess import Trial
-from ecyl_ros.gap.describe.measured_motion import Decimated, MeasuredMotion
+from ecyl_ros.gap.describe.measured_motion import Decimated, MeasuredMotion, answers
 from ecyl_ros.gap.describe.trials import singles
 from ecyl_ros.gap.diagnose import diagnose
 from ecyl_ros.gap.diagnosis import Diagnosis
@@ -165,6 +166,39 @@ def test_an_effort_that_wanders_is_no_law(seed: int) -> None:
     wandering = found(lambda m: 5.0 * np.interp(m.t, np.arange(21.0), course))
     assert wandering.verdict != "described"
     assert found(lambda m: 0.0 * m.q).verdict == "no_gap"
+
+
+@pytest.mark.parametrize(("asked", "told"), [("rests", False), ("moves", True), (None, True)])
+def test_a_speed_that_the_loop_answers_with_is_no_variable_of_a_law(asked, told) -> None:
+    """A resting reference, and a speed that cogging disturbs: the loop's effort is its own law of
+    that speed. A reference that moves as the drive does, and one that is not known, deny nothing.
+    """
+    cogs = 6.0 + 2.0 * np.sin(36.0 * WIDE.t)
+    references = {
+        "rests": np.full(WIDE.t.size, 6.0),
+        "moves": cogs,
+        None: np.full(WIDE.t.size, np.nan),
+    }
+    course = SimpleNamespace(
+        velocity=cogs,
+        reference_velocity=references[asked],
+        reference_position=np.full(WIDE.t.size, np.nan),
+        rate_hz=1.0 / float(WIDE.t[1]),
+    )
+    rows = np.arange(WIDE.t.size)
+    position = 6.0 * WIDE.t
+    moved = MeasuredMotion(
+        WIDE.t,
+        position,
+        cogs,
+        rows >= 0,
+        "rotor_angle",
+        0.5,
+        Decimated(float(WIDE.t[1])),
+        answers=answers(course, rows),
+    )
+    assert (Trial(("speed",)) in singles("torque", moved)) is told
+    assert Trial(("rotor_angle",)) in singles("torque", moved)
 
 
 @pytest.mark.parametrize("back", [True, False])

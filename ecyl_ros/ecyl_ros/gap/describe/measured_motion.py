@@ -22,6 +22,7 @@ _CELLS, _VISITED, _FILLED = 10, 3, 0.5  # of a plane: each way, samples of a vis
 # What is not a place on a rigid drive's motion. Heat would be the effort that is to be explained,
 # low-passed: it predicts that whatever the cause.
 _NOT_TOLD = ("current", "torque", "voltage", "time", "heat")
+_ASKED_FOR = 0.5  # share of the speed's variance from which the reference has to make
 
 
 @dataclass(frozen=True)
@@ -48,6 +49,8 @@ class MeasuredMotion:
     Attributes:
         known: bool[n], where what is missing can be known: past reversals, in motion.
         filtered: where it comes from, if it was filtered.
+        answers: whether the speed changes because the loop answers what is missing: its reference
+            rests. The effort is then the loop's own law of the speed.
         place: what the position is called: within a turn where the output goes round.
     """
 
@@ -59,6 +62,7 @@ class MeasuredMotion:
     stretch_s: float
     smooth: Decimated
     filtered: Filtered | None = None
+    answers: bool = False
 
     @classmethod
     def of(cls, balance: Balance, catalogue: Catalogue) -> MeasuredMotion:
@@ -75,6 +79,7 @@ class MeasuredMotion:
             balance.stretch_s,
             Decimated(motion.step / motion.rate_hz),
             Filtered(motion.position, motion.velocity, motion.filtered),
+            answers(motion, rows[slid]),
         )
 
     @property
@@ -94,7 +99,7 @@ class MeasuredMotion:
         """See `Visited`."""
         if name in ("position", "rotor_angle", "screw_angle") and name != self.place:
             return 0.0
-        if name in _NOT_TOLD:
+        if name in _NOT_TOLD or (name == "speed" and self.answers):
             return 0.0
         if name == "travel":
             return reversals(self.speed[self.known])
@@ -132,6 +137,20 @@ class MeasuredMotion:
         if name == "travel":
             return since_reversal(self.position, self.speed)
         raise KeyError(name)
+
+
+def answers(motion: Motion, rows: np.ndarray) -> bool:
+    """Whether most of the speed's changes on rows, int64[m], were not asked for; no where it is
+    not known what was."""
+    asked = motion.reference_velocity
+    if not np.isfinite(asked).any():
+        asked = np.gradient(motion.reference_position, 1.0 / motion.rate_hz)
+    asked = asked[rows]
+    told = np.isfinite(asked)
+    if not told.any():
+        return False
+    moved = np.var(motion.velocity[rows][told])
+    return bool(np.var(asked[told]) < _ASKED_FOR * moved)
 
 
 def place_of(motion: Motion, linear: bool) -> str:

@@ -19,6 +19,7 @@ from ..sheet import PULL_PRICE, raised
 # Smoothness that is tried, as the weight of the roughness over that of a squared residual.
 SMOOTH = 10.0 ** np.arange(-5.0, 4.0)
 _ROUNDS = 4  # until level and fit agree
+_LEAST = 1e-6  # squared noises: what is predicted better than noise says that there is less of it
 
 
 @dataclass(frozen=True, eq=False)
@@ -176,7 +177,7 @@ def regress(
         tried = {float(one): normal.predict(float(one), level, folds) for one in choices}
         best = min(tried, key=lambda one: typical(tried[one], normal.count))
         best_errors = tried[best]
-        now = max(typical(best_errors, normal.count), 1.0)
+        now = max(typical(best_errors, normal.count), _LEAST)
         if now > 0.7 * level:
             break
         level = max(now, 0.1 * level)
