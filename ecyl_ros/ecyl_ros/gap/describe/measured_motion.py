@@ -22,7 +22,7 @@ _CELLS, _VISITED, _FILLED = 10, 3, 0.5  # of a plane: each way, samples of a vis
 # What is not a place on a rigid drive's motion. Heat would be the effort that is to be explained,
 # low-passed: it predicts that whatever the cause.
 _NOT_TOLD = ("current", "torque", "voltage", "time", "heat")
-_ASKED_FOR = 0.5  # share of the speed's variance from which the reference has to make
+_ASKED_FOR = 0.5  # share of the speed's variance that its reference has to make
 
 
 @dataclass(frozen=True)

@@ -172,8 +172,8 @@ def _made(
     per_unit: Mapping[str, FloatArray],
     squares: Mapping[str, float],
 ) -> Missing:
-    """per_unit: float64[n], what a unit of a constant adds to `values` as it is missing, negative.
-    squares: half of what it adds to the square of the noise."""
+    """Of a balance, by key of its constants: per_unit, its derivative, float64[n]; squares, half
+    the derivative of its noise squared."""
     known = known & np.isfinite(values)
     pulled = [row for row, key in enumerate(sheet.keys) if key in per_unit]
     # A constant above its nominal value takes from what the nominal one leaves.
