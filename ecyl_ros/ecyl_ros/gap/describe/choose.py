@@ -77,8 +77,15 @@ class Choice:
         above_noise = max(self.alone.error - 1.0, 0.0)
         if guess.found.error - 1.0 > (1.0 - _EXPLAINS) * above_noise:
             return False
+        return self.by_chance(guess) <= LEVEL
+
+    def by_chance(self, guess: Guess, sets: int = 1) -> float:
+        """The probability of as good a prediction by a law without connection to what is missing.
+
+        sets: how many sets of variables were looked at.
+        """
         used = self.alone.count > 0
-        return probability(self.alone.errors[used], guess.found.errors[used], 1) <= LEVEL
+        return probability(self.alone.errors[used], guess.found.errors[used], sets)
 
 
 def heated(kind: str, trial: Trial, level: float, balance: Balance) -> Guess:

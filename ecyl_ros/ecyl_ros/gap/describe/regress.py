@@ -185,12 +185,13 @@ def regress(
     whole = normal.gram.sum(axis=0)
     inverse = inverse_of(whole + normal.held(best, level))
     right = normal.slope.sum(axis=0)
-    found = inverse @ (right + normal.grown(level * float(normal.count.sum())))
+    square = level * float(normal.count.sum())
+    found = inverse @ (right + normal.grown(square))
     left = float(normal.square.sum() + found @ (whole @ found - 2.0 * right))
     found = inverse @ (right + normal.grown(max(left, 0.0)))
     size = normal.size
     freedom = float(np.trace((inverse @ whole)[:size, :size]))
-    stiff = best * normal.scale * rows.evidence / (level * float(normal.count.sum()))
+    stiff = best * normal.scale * rows.evidence / square
     pulls = found[size:]
     return Regression(
         best_errors,

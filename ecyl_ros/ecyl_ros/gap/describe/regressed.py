@@ -11,7 +11,7 @@ from ...drive.law import Law
 from ..diagnosis import BoolArray, FloatArray
 from ..judge.verdict import EXPLAINED_SHRINK, STRUCTURELESS, shrink_of
 from .balance import Balance
-from .chance import LEVEL, probability
+from .chance import LEVEL
 from .choose import Choice
 from .description import Course, Description
 from .formula import formula
@@ -67,11 +67,9 @@ def _larger_than_its_band(looked: Balance, choice: Choice) -> bool:
 
 
 def _by_chance(choice: Choice) -> float:
-    """The probability of as good a prediction by a law without connection to what is missing."""
-    used = choice.alone.count > 0
-    before, after = choice.alone.errors[used], choice.best.found.errors[used]
+    """See `Choice.by_chance`: of the best law, over all that were tried."""
     sets = {(one.kind, one.of) for one in (choice.best, *choice.rivals)}
-    return probability(before, after, len(sets) + choice.best.looked_at)
+    return choice.by_chance(choice.best, len(sets) + choice.best.looked_at)
 
 
 def described(
