@@ -84,8 +84,8 @@ class Choice:
 
         sets: how many sets of variables were looked at.
         """
-        used = self.alone.count > 0
-        return probability(self.alone.errors[used], guess.found.errors[used], sets)
+        missing, left = (one.left[np.newaxis] for one in (self.alone, guess.found))
+        return probability(missing, left, guess.found.block, 1.0, sets)
 
 
 def heated(kind: str, trial: Trial, level: float, balance: Balance) -> Guess:

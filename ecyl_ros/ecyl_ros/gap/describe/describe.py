@@ -267,14 +267,12 @@ def _helps(fitter: Fitter, played: Played, null: Fit) -> bool:
 def _by_chance(fitter: Fitter, null: Fit, played: Played, sets: int) -> float:
     """The probability of as little a gap by a law without connection to what is missing."""
     usable = fitter.rows | fitter.held
+    missing, left = (
+        np.sign(gap[:, usable]) * np.sqrt(robust_squares(gap[:, usable]))
+        for gap in (null.gap, played.unseen)
+    )
     stretch = stretch_of(fitter.replay.time_s[usable])
-    _, stretch, count = np.unique(stretch, return_inverse=True, return_counts=True)
-
-    def by_stretch(gap: FloatArray) -> FloatArray:
-        squares = robust_squares(gap[:, usable]).mean(axis=0)
-        return np.bincount(stretch, weights=squares) / count
-
-    return probability(by_stretch(null.gap), by_stretch(played.unseen), sets)
+    return probability(missing, left, stretch, fitter.perfect**2, sets)
 
 
 def _pooled(fitter: Fitter, gap: FloatArray) -> float:

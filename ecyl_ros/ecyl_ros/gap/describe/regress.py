@@ -52,7 +52,10 @@ class Regression:
         values: float64[k], of the law. pulls: float64[p]. smooth: the weight chosen.
         freedom: effective number of parameters of the law.
         stiff: what a unit of the values' roughness costs, where a pull of 1 costs 4.
-        covariance: float64[k, k], of the values. price: of the pulls, by which the logarithm of an
+        covariance: float64[k, k], of the values.
+        left: float64[m], what each row lacks of its prediction, in units of its noise; rows that
+            count less are smaller by the root of their weight. block: int64[m], as in `Rows`.
+        price: of the pulls, by which the logarithm of an
             error counts as larger: a sheet bent by tens of tolerances predicts anything.
     """
 
@@ -64,6 +67,8 @@ class Regression:
     freedom: float
     stiff: float
     covariance: FloatArray
+    left: FloatArray
+    block: np.ndarray
     price: float = 0.0
 
     @property
@@ -90,7 +95,8 @@ class Normal:
     def __init__(self, rows: Rows, law: FloatArray, rough: FloatArray) -> None:
         self.rows, self.size = rows, len(law)
         root = np.sqrt(rows.weight)
-        design, whole_target = np.concatenate([law, rows.sheet]) * root, rows.target * root
+        self.design = design = np.concatenate([law, rows.sheet]) * root
+        self.target = rows.target * root
         blocks = int(rows.block.max()) + 1
         whole = len(design)
         self.gram = np.zeros((blocks, whole, whole))
@@ -99,7 +105,7 @@ class Normal:
         self.count = np.bincount(rows.block, minlength=blocks)
         for one in range(blocks):
             chosen = rows.block == one
-            part, target = design[:, chosen], whole_target[chosen]
+            part, target = design[:, chosen], self.target[chosen]
             self.gram[one] = part @ part.T
             self.slope[one] = part @ target
             self.square[one] = target @ target
@@ -130,8 +136,8 @@ class Normal:
         found: FloatArray = square * self.growth
         return found
 
-    def predict(self, smooth: float, level: float, folds: Sequence[np.ndarray]) -> FloatArray:
-        """Squared errors of prediction by stretch: float64[blocks]."""
+    def without(self, smooth: float, level: float, folds: Sequence[np.ndarray]) -> FloatArray:
+        """What is found without each fold: float64[folds, k + p]."""
         added = self.held(smooth, level)
         gram = self.gram.sum(axis=0) + added
         right = self.slope.sum(axis=0) + self.grown(level * float(self.count.sum()))
@@ -140,13 +146,26 @@ class Normal:
         left[:, index, index] *= 1.0 + 1e-9
         left[:, index, index] += 1e-12
         rights = np.stack([right - self.slope[fold].sum(axis=0) for fold in folds])
-        found = np.linalg.solve(left, rights[:, :, None])[:, :, 0]
+        solved: FloatArray = np.linalg.solve(left, rights[:, :, None])[:, :, 0]
+        return solved
+
+    def predict(self, smooth: float, level: float, folds: Sequence[np.ndarray]) -> FloatArray:
+        """Squared errors of prediction by stretch: float64[blocks]."""
+        found = self.without(smooth, level, folds)
         errors = np.zeros(len(self.count))
         for fold, one in zip(folds, found, strict=True):
             for block in fold:
                 spread = self.gram[block] @ one - 2.0 * self.slope[block]
                 errors[block] = self.square[block] + float(one @ spread)
         return errors
+
+    def left(self, smooth: float, level: float, folds: Sequence[np.ndarray]) -> FloatArray:
+        """What each row lacks of its prediction: float64[m]."""
+        missed = self.target.copy()
+        for fold, one in zip(folds, self.without(smooth, level, folds), strict=True):
+            rows = np.isin(self.rows.block, fold)
+            missed[rows] -= one @ self.design[:, rows]
+        return missed
 
 
 def folds_of(rows: Rows, most: int = 6) -> list[np.ndarray]:
@@ -172,9 +191,10 @@ def regress(
     normal = Normal(rows, law, rough)
     folds = folds_of(rows)
     choices = choices if normal.size > 1 else choices[:1]
-    best_errors, best = None, float(choices[0])
+    best_errors, best, used = None, float(choices[0]), level
     for _ in range(rounds):
-        tried = {float(one): normal.predict(float(one), level, folds) for one in choices}
+        used = level
+        tried = {float(one): normal.predict(float(one), used, folds) for one in choices}
         best = min(tried, key=lambda one: typical(tried[one], normal.count))
         best_errors = tried[best]
         now = max(typical(best_errors, normal.count), _LEAST)
@@ -202,5 +222,7 @@ def regress(
         freedom,
         stiff,
         level * inverse[:size, :size],
+        normal.left(best, used, folds),
+        rows.block,
         PULL_PRICE * float(pulls @ pulls) / rows.evidence,
     )
