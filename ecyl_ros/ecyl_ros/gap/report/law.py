@@ -80,7 +80,7 @@ def facts(law: Description) -> list[tuple[str, str]]:
         names = " and ".join(SPOKEN[one] for one in of) or "no variable"
         found.append(("next best", f"{names}: {q.number(worse)} times the error of prediction"))
     rare = q.number(law.chance) if law.chance >= _RARE else "less than one in a million"
-    found.append(("by chance", f"{rare}, by how each stretch follows from the others"))
+    found.append(("by chance", f"{rare}, by how each part follows from the others"))
     return found
 
 
