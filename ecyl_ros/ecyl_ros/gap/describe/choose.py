@@ -74,9 +74,9 @@ class Choice:
         return found
 
     def _explains(self, guess: Guess) -> bool:
-        above_noise = max(self.alone.error - 1.0, 0.0)
-        if guess.found.error - 1.0 > (1.0 - _EXPLAINS) * above_noise:
-            return False
+        above_noise = self.alone.error - 1.0
+        if above_noise <= 0.0 or guess.found.error - 1.0 > (1.0 - _EXPLAINS) * above_noise:
+            return False  # or nothing is missing
         return self.by_chance(guess) <= LEVEL
 
     def by_chance(self, guess: Guess, sets: int = 1) -> float:

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import chain
 
 import numpy as np
 
@@ -109,13 +110,13 @@ def describe(
     for number, kinds in enumerate((("torque", "friction"), ("inverter_voltage",), ("rod_error",))):
         candidates += _candidates(kinds, fitter, balances, motion)
         tell(0.15 * (1 + number))
-    # Balances that something is missing from: what covers all of them goes first.
+    # Balances that something is missing from.
     broken = {_BALANCE[one.guess.kind] for one in candidates}
     if broken >= {TORQUE, VOLTAGE}:
         candidates += _candidates(("current_error",), fitter, balances, motion)
     if not candidates:
         return None
-    candidates.sort(key=lambda one: (-len(_COVERS[one.port] & broken), one.begun.fitted))
+    candidates = _in_order(candidates, broken)
     played, chosen, alike = _in_loop(fitter, candidates, lambda share: tell(0.45 + 0.5 * share))
     null = competition.sheet
     if not (earns(fitter, as_fit(played), null) and _helps(fitter, played, null)):
@@ -127,6 +128,18 @@ def describe(
     if chance > LEVEL:
         return None
     return Described(_described(fitter, competition, played, chosen, motion, chance, alike), played)
+
+
+def _in_order(candidates: list[_Candidate], broken: set[str]) -> list[_Candidate]:
+    """Of each number of variables those that account for most of the balances that something is
+    missing from, and those that begin nearest, in turn; of either sort the nearest first."""
+    ordered: dict[_Candidate, None] = {}
+    for size in sorted({len(one.guess.of) for one in candidates}):
+        own = [one for one in candidates if len(one.guess.of) == size]
+        nearest = sorted(own, key=lambda one: one.begun.fitted)
+        covering = sorted(nearest, key=lambda one: -len(_COVERS[one.port] & broken))
+        ordered |= dict.fromkeys(chain.from_iterable(zip(covering, nearest, strict=True)))
+    return list(ordered)
 
 
 def _in_loop(
