@@ -17,16 +17,15 @@ from ecyl_ros.gap.compete.competition import Competition
 from ecyl_ros.gap.describe.apply import described, with_description
 from ecyl_ros.gap.describe.axis import Axis, columns, roughness
 from ecyl_ros.gap.describe.balance import Balance, balances_of
-from ecyl_ros.gap.describe.choose import Choice, choose, standing
+from ecyl_ros.gap.describe.choose import Choice, choose
 from ecyl_ros.gap.describe.coordinates import without_scale
 from ecyl_ros.gap.describe.describe import Described, describe
 from ecyl_ros.gap.describe.formula import formula
-from ecyl_ros.gap.describe.guess import Guess
 from ecyl_ros.gap.describe.missing import TORQUE, VOLTAGE, missing
 from ecyl_ros.gap.describe.motion import Motion
 from ecyl_ros.gap.describe.nearest import played_curve
 from ecyl_ros.gap.describe.play import evaluate, play
-from ecyl_ros.gap.describe.regress import Regression, Rows, regress
+from ecyl_ros.gap.describe.regress import Rows, regress
 from ecyl_ros.gap.diagnosis import Diagnosis, Series
 from ecyl_ros.gap.fit.fit import Fitter
 from ecyl_ros.gap.fit.robust import misfit
@@ -349,53 +348,6 @@ def test_what_a_balance_leaves_does_not_shrink_torque_constant_and_inertia_toget
     assert np.all(pulls["raw"] < -1.0)
     assert np.all(np.abs(pulls["counted"]) < 0.3)
     assert abs(slope["counted"] - 30.0) < 0.3 * abs(slope["raw"] - 30.0)
-
-
-def _guess(of: tuple[str, ...], errors: np.ndarray, freedom: float) -> Guess:
-    none = np.zeros(0)
-    count = np.full(len(errors), 40)
-    block = np.repeat(np.arange(len(errors)), 40)
-    left = np.random.default_rng(3).choice([-1.0, 1.0], block.size) * np.sqrt(errors / 40)[block]
-    made = Regression(errors, count, none, none, 1.0, freedom, 0.0, np.zeros((0, 0)), left, block)
-    return Guess("torque", of, (), 0.0, made)
-
-
-def test_the_smaller_set_stands_unless_the_larger_predicts_better_stretch_by_stretch():
-    """A lead on one stretch alone is chance; the same lead on all of them is not."""
-    rng = np.random.default_rng(5)
-    level = 40.0 * np.exp(0.05 * rng.standard_normal(16))
-    one_better = level.copy()
-    one_better[3] *= 0.01
-    small, large = _guess(("speed",), level, 9.0), _guess(("speed", "time"), one_better, 9.0)
-    assert standing([small, large]) is small
-    large = _guess(("speed", "time"), 0.5 * level, 9.0)
-    assert standing([small, large]) is large
-
-
-def test_sets_with_and_without_what_the_loop_answers_with_are_tried_side_by_side():
-    """Of each number of variables the two that predict best, of either sort, if well enough."""
-    errors = {
-        ("current",): 1.0,
-        ("torque",): 1.1,
-        ("position",): 3.0,
-        ("speed",): 4.0,
-        ("time",): 5.0,
-        ("heat",): 50.0,
-        ("current", "speed"): 0.5,
-        ("position", "speed"): 0.9,
-    }
-    guesses = [_guess(of, np.full(9, 40.0 * error), 9.0) for of, error in errors.items()]
-    alone = _guess((), np.full(9, 4000.0), 0.0).found
-    best = guesses[2]
-    near = Choice(best, tuple(one for one in guesses if one is not best), alone).near
-    assert [one.of for one in near] == [
-        ("position",),
-        ("speed",),
-        ("current",),
-        ("torque",),
-        ("position", "speed"),
-        ("current", "speed"),
-    ]
 
 
 def test_a_law_spans_all_that_was_visited():
