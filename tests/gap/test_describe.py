@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from guess_samples import guess as guess_of
 from report_samples import diagnosis
 
 from ecyl_ros.drive.drive_file import load_drive
@@ -21,6 +22,7 @@ from ecyl_ros.gap.describe.choose import Choice, choose
 from ecyl_ros.gap.describe.coordinates import without_scale
 from ecyl_ros.gap.describe.describe import Described, describe
 from ecyl_ros.gap.describe.formula import formula
+from ecyl_ros.gap.describe.guess import Guess
 from ecyl_ros.gap.describe.missing import TORQUE, VOLTAGE, missing
 from ecyl_ros.gap.describe.motion import Motion
 from ecyl_ros.gap.describe.nearest import played_curve
@@ -203,7 +205,7 @@ def test_a_law_of_torque_grows_with_the_scale_that_no_motion_shows():
     _, fitter, found = _cubic()
     played = found.played
     values = np.array(played.law.values)
-    guess = Guess("torque", ("speed",), (), 0.0, _guess(("speed",), np.ones(4), 1.0).found)
+    guess = Guess("torque", ("speed",), (), 0.0, guess_of(("speed",), np.ones(4), 1.0).found)
     guess = guess.with_values(values)
     along = values[None] / np.sqrt(np.mean(values**2))
     taken_out = without_scale(fitter, guess, played.law.port, along)
@@ -243,7 +245,7 @@ def test_a_named_effect_is_drawn_over_the_law_as_it_acts():
     nominal = fitter.nominal
     named = dataclasses.replace(nominal, values=acts, pulls=np.zeros_like(nominal.pulls))
     law = dataclasses.replace(found.played.law, port="rotor_torque")
-    near = played_curve(fitter, named, law, _guess(("speed",), np.ones(4), 1.0), TORQUE, 1.0)
+    near = played_curve(fitter, named, law, guess_of(("speed",), np.ones(4), 1.0), TORQUE, 1.0)
     assert near is not None
     slow = np.abs(near[0]) < 0.8 * np.abs(near[0]).max()  # at the ends it is passed too seldom
     assert np.median(np.abs(near[1] + 5e-3 * near[0])[slow]) < 2e-3

@@ -6,22 +6,12 @@ from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
+from guess_samples import guess
 
 from ecyl_ros.gap.describe.chance import LEVEL
 from ecyl_ros.gap.describe.choose import Choice, standing
 from ecyl_ros.gap.describe.describe import _Candidate, _in_order
-from ecyl_ros.gap.describe.guess import Guess
 from ecyl_ros.gap.describe.missing import TORQUE, VOLTAGE
-from ecyl_ros.gap.describe.regress import Regression
-
-
-def _guess(of: tuple[str, ...], errors: np.ndarray, freedom: float) -> Guess:
-    none = np.zeros(0)
-    count = np.full(len(errors), 40)
-    block = np.repeat(np.arange(len(errors)), 40)
-    left = np.random.default_rng(3).choice([-1.0, 1.0], block.size) * np.sqrt(errors / 40)[block]
-    made = Regression(errors, count, none, none, 1.0, freedom, 0.0, np.zeros((0, 0)), left, block)
-    return Guess("torque", of, (), 0.0, made)
 
 
 def test_the_smaller_set_stands_unless_the_larger_predicts_better_stretch_by_stretch():
@@ -30,9 +20,9 @@ def test_the_smaller_set_stands_unless_the_larger_predicts_better_stretch_by_str
     level = 40.0 * np.exp(0.05 * rng.standard_normal(16))
     one_better = level.copy()
     one_better[3] *= 0.01
-    small, large = _guess(("speed",), level, 9.0), _guess(("speed", "time"), one_better, 9.0)
+    small, large = guess(("speed",), level, 9.0), guess(("speed", "time"), one_better, 9.0)
     assert standing([small, large]) is small
-    large = _guess(("speed", "time"), 0.5 * level, 9.0)
+    large = guess(("speed", "time"), 0.5 * level, 9.0)
     assert standing([small, large]) is large
 
 
@@ -48,8 +38,8 @@ def test_sets_with_and_without_what_the_loop_answers_with_are_tried_side_by_side
         ("current", "speed"): 0.5,
         ("position", "speed"): 0.9,
     }
-    guesses = [_guess(of, np.full(9, 40.0 * error), 9.0) for of, error in errors.items()]
-    alone = _guess((), np.full(9, 4000.0), 0.0).found
+    guesses = [guess(of, np.full(9, 40.0 * error), 9.0) for of, error in errors.items()]
+    alone = guess((), np.full(9, 4000.0), 0.0).found
     best = guesses[2]
     near = Choice(best, tuple(one for one in guesses if one is not best), alone).near
     assert [one.of for one in near] == [
@@ -64,7 +54,7 @@ def test_sets_with_and_without_what_the_loop_answers_with_are_tried_side_by_side
 
 def test_a_balance_at_its_noise_misses_nothing():
     """A law that predicts noise that is smaller than said, and not by chance, is none."""
-    sheet, law = _guess((), np.full(9, 36.0), 0.0), _guess(("time",), np.full(9, 16.0), 9.0)
+    sheet, law = guess((), np.full(9, 36.0), 0.0), guess(("time",), np.full(9, 16.0), 9.0)
     choice = Choice(law, (), sheet.found)
     assert law.found.error < 0.5 * sheet.found.error < 0.5
     assert choice.by_chance(law) < LEVEL
@@ -78,7 +68,7 @@ def test_ports_that_account_for_most_do_not_crowd_out_what_begins_nearest():
 
     def candidate(port: str, of: tuple[str, ...], cost: float) -> _Candidate:
         begun: Any = SimpleNamespace(fitted=cost)
-        return _Candidate(_guess(of, np.full(9, 40.0), 9.0), port, none, none, begun)
+        return _Candidate(guess(of, np.full(9, 40.0), 9.0), port, none, none, begun)
 
     candidates = [
         candidate("rotor_torque", ("time",), 3.0),
