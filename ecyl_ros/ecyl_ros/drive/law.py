@@ -51,6 +51,7 @@ VARIABLES = {
     "travel": "rad",
 }
 PERIODS = {"rotor_angle": 2.0 * math.pi, "screw_angle": 2.0 * math.pi}
+LEAST_PERIODS = 1.5  # that a motion has to show before it says that something repeats
 # At the sensors there is neither a voltage nor a torque to depend on.
 SENSORS = ("rotor_angle_error", "current_error", "rod_error")
 MOST_PLACES, MOST_VALUES = 128, 512

@@ -157,6 +157,9 @@ class Effect:
             drives differ in how they have it.
         place: part of the rod's stroke that it is confined to at its values, from and to, m; None
             where it is not. It is named where the motion goes beyond both ends.
+        period_m: travel of the rod after which it repeats at its values, m; None where it is no
+            wave along the stroke. one_curve_with: effects that act at the same place along the
+            stroke: beside one of them it is named where the motion shows that it repeats.
         rarity: 0 of what most machines have, one more for every third of those before: where two
             do nearly as well, what is common goes first.
         cylinder: whether a full cylinder may have it.
@@ -179,6 +182,8 @@ class Effect:
     current_span: Callable[[Mapping[str, float]], float] = _not_stiff
     form: Callable[[DriveParameters], float] = _zero
     place: Callable[[Start], tuple[float, float]] | None = None
+    period_m: Callable[[Start, DriveParameters], float] | None = None
+    one_curve_with: tuple[str, ...] = ()
     rarity: int = 0
     cylinder: bool = True
     separated_by: str = ""

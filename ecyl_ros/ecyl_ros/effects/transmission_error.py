@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from ..drive.compiled import kernel
+from ..drive.parameters import DriveParameters
 from .effect import Effect, Evidence, Quantity, Start, phase
 from .starts import angular_orders, strongest
 
@@ -31,6 +32,11 @@ def starts(evidence: Evidence) -> list[Start]:
     ]
 
 
+def _period_m(values: Start, drive: DriveParameters) -> float:
+    """Travel of the rod in one wave."""
+    return drive.transmission.lead / values["periods_per_screw_rev"]
+
+
 EFFECT = Effect(
     name="transmission_error",
     block="transmission",
@@ -48,6 +54,8 @@ EFFECT = Effect(
         phase("of the sine at screw angle zero"),
     ),
     starts=starts,
+    period_m=_period_m,
+    one_curve_with=("lead_error",),
 )
 
 

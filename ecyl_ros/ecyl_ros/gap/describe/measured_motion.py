@@ -8,14 +8,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ...drive.law import PERIODS
+from ...drive.law import LEAST_PERIODS, PERIODS
 from ...drive.memory import since_reversal
 from ..diagnosis import BoolArray, FloatArray
 from ..rigid.balance import Balance
 from ..rigid.motion import Motion
 from ..rigid.rest import reversing
 from ..rigid.terms import Catalogue
-from .trials import LEAST_TURNS
 from .visited import reversals
 
 _CELLS, _VISITED, _FILLED = 10, 3, 0.5  # of a plane: each way, samples of a visit, share visited
@@ -156,4 +155,4 @@ def answers(motion: Motion, rows: np.ndarray) -> bool:
 def place_of(motion: Motion, linear: bool) -> str:
     """What the position of an output is called: an angle where it goes round far enough."""
     turns = 0.0 if linear else float(np.ptp(motion.position[motion.usable])) / math.tau
-    return "rotor_angle" if turns > LEAST_TURNS else "position"
+    return "rotor_angle" if turns > LEAST_PERIODS else "position"

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ...drive.law import PERIODS
+from ...drive.law import LEAST_PERIODS, PERIODS
 from ...effects.lines import explained
 from .balance import Balance
 from .guess import COARSE, FINEST, Guess, Trial
@@ -15,7 +15,6 @@ from .motion import HEAT_S
 from .regress import Regression
 from .visited import Visited
 
-LEAST_TURNS = 1.5  # of a periodic variable, before it says anything of a period
 _WAVES = 2  # finer ones that are tried
 
 _PLACE = ("position", "rotor_angle", "screw_angle")
@@ -35,7 +34,7 @@ def singles(kind: str, motion: Visited) -> list[Trial]:
     """No variable, and each one that makes sense at a kind of port."""
     found = [Trial(())]
     for one in _FREE[kind]:
-        if motion.periods(one, False) < LEAST_TURNS:
+        if motion.periods(one, False) < LEAST_PERIODS:
             continue
         if one == "torque":
             found += [Trial((one,), False), Trial((one,), True)]
@@ -58,7 +57,7 @@ def waves(kind: str, balance: Balance, alone: Regression, motion: Visited) -> li
     base = np.linalg.qr((root * data.sheet).T)[0]
     orders = np.arange(COARSE + 1, FINEST + 1)
     for name in _FREE[kind]:
-        if name not in PERIODS or motion.periods(name, False) < LEAST_TURNS:
+        if name not in PERIODS or motion.periods(name, False) < LEAST_PERIODS:
             continue
         angle, gain = balance.along(kind, motion.variable(name, False))
         variance = explained(left, angle, root * gain, base, orders.astype(float))[:, 0]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ...drive.law import LEAST_PERIODS
 from ..describe.axis import Axis as Table
 from ..describe.description import Description, FloatArray
 from ..describe.words import VARIABLES as SPOKEN
@@ -16,7 +17,6 @@ from .svg import Axis, Chart
 
 _MOST_POINTS = 400
 _CURVE = 200
-_LEAST_TURNS = 1.5  # from which a recording tells an angle from a position
 _ROWS = 4  # curves of a law of two variables
 _RARE = 1e-6  # a chance below this is told in words
 
@@ -61,7 +61,7 @@ def facts(law: Description) -> list[tuple[str, str]]:
             found.append(("known for", f"{SPOKEN[name]} from {span}; beyond, the last value holds"))
     if played.time_constant_s > 0.0:
         found.append(("heat", f"time constant {q.number(played.time_constant_s)} s"))
-    once = [SPOKEN[name] for name, turns in law.turns.items() if turns < _LEAST_TURNS]
+    once = [SPOKEN[name] for name, turns in law.turns.items() if turns < LEAST_PERIODS]
     if "position" in played.of and once:
         found.append(
             ("or else", f"{' or '.join(once)}: the motion covers too little of a turn to decide")
