@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from ecyl_ros.gap.describe.chance import LEVEL, by_pieces, pieces, probability
+from ecyl_ros.gap.describe.chance import LEVEL, by_pieces, by_stretches, pieces, probability
 
 _STRETCHES, _EACH = 24, 100
 _STRETCH = np.repeat(np.arange(_STRETCHES), _EACH)
@@ -55,6 +55,7 @@ def test_a_law_that_acts_in_some_stretches_is_not_by_chance() -> None:
     law = 6.0 * _wander(rng, 20.0, 2) * (_STRETCH % 3 == 0)
     off = 0.4 * rng.standard_normal((2, _STRETCH.size))
     missing, left = noise + law, noise + off
+    assert by_stretches(missing, left, _STRETCH) > LEVEL
     assert probability(missing, left, _STRETCH, 1.0, 10) < 1e-4
     apart = missing - np.roll(law, 3 * _EACH // 2, axis=1)
     assert probability(missing, apart, _STRETCH, 1.0, 10) > 0.5

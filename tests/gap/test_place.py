@@ -68,7 +68,7 @@ def test_a_lead_and_a_wave_that_never_repeats_are_one_curve() -> None:
 
 
 def test_a_wave_alone_is_named_from_a_part_of_it() -> None:
-    """Runout once per turn, of which the same motion sees 0.6."""
+    """Runout once per turn, of which 12 mm of travel see 0.6."""
     values = {"amplitude_rad": 0.02, "periods_per_screw_rev": 1.0, "phase_rad": 0.4}
     machine = dataclasses.replace(DRIVE, effects={"transmission_error": values})
     found = diagnose(_recorded(machine, 12e-3), DRIVE, without=SCREW)

@@ -366,13 +366,9 @@ class Player:
     def _stop(self, *, deaf: bool) -> None:
         """Wall time goes on while the drive comes to rest, or is silent."""
         took, last = time.monotonic() - self._stopping, self._last
-        if deaf:
-            ended = took > DEAF_STOP_S
-        else:
-            # A graph in lockstep on a busy computer takes longer than its own time.
-            early = last is not None and last.time_s - self._stopping_at <= STOP_S
-            ended = took > STOP_S and not early
-        if ended:
+        # A graph in lockstep on a busy computer takes longer than its own time.
+        own = took if last is None else min(took, last.time_s - self._stopping_at)
+        if took > DEAF_STOP_S if deaf else own > STOP_S:
             self._conclude(at_rest=False)
         elif took > HOLD_AFTER_S and not self._given_place and last is not None:
             self._given_place = True

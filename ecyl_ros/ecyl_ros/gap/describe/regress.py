@@ -149,9 +149,8 @@ class Normal:
         solved: FloatArray = np.linalg.solve(left, rights[:, :, None])[:, :, 0]
         return solved
 
-    def predict(self, smooth: float, level: float, folds: Sequence[np.ndarray]) -> FloatArray:
-        """Squared errors of prediction by stretch: float64[blocks]."""
-        found = self.without(smooth, level, folds)
+    def predict(self, found: FloatArray, folds: Sequence[np.ndarray]) -> FloatArray:
+        """Squared errors of prediction by stretch, float64[blocks]; found: see `without`."""
         errors = np.zeros(len(self.count))
         for fold, one in zip(folds, found, strict=True):
             for block in fold:
@@ -159,10 +158,10 @@ class Normal:
                 errors[block] = self.square[block] + float(one @ spread)
         return errors
 
-    def left(self, smooth: float, level: float, folds: Sequence[np.ndarray]) -> FloatArray:
-        """What each row lacks of its prediction: float64[m]."""
+    def left(self, found: FloatArray, folds: Sequence[np.ndarray]) -> FloatArray:
+        """What each row lacks of its prediction, float64[m]; found: see `without`."""
         missed = self.target.copy()
-        for fold, one in zip(folds, self.without(smooth, level, folds), strict=True):
+        for fold, one in zip(folds, found, strict=True):
             rows = np.isin(self.rows.block, fold)
             missed[rows] -= one @ self.design[:, rows]
         return missed
@@ -191,17 +190,17 @@ def regress(
     normal = Normal(rows, law, rough)
     folds = folds_of(rows)
     choices = choices if normal.size > 1 else choices[:1]
-    best_errors, best, used = None, float(choices[0]), level
+    best_errors, best_found, best = None, None, float(choices[0])
     for _ in range(rounds):
-        used = level
-        tried = {float(one): normal.predict(float(one), used, folds) for one in choices}
-        best = min(tried, key=lambda one: typical(tried[one], normal.count))
-        best_errors = tried[best]
+        tried = {float(one): normal.without(float(one), level, folds) for one in choices}
+        errors = {one: normal.predict(found, folds) for one, found in tried.items()}
+        best = min(errors, key=lambda one: typical(errors[one], normal.count))
+        best_errors, best_found = errors[best], tried[best]
         now = max(typical(best_errors, normal.count), _LEAST)
         if now > 0.7 * level:
             break
         level = max(now, 0.1 * level)
-    assert best_errors is not None
+    assert best_errors is not None and best_found is not None
     whole = normal.gram.sum(axis=0)
     inverse = inverse_of(whole + normal.held(best, level))
     right = normal.slope.sum(axis=0)
@@ -222,7 +221,7 @@ def regress(
         freedom,
         stiff,
         level * inverse[:size, :size],
-        normal.left(best, used, folds),
+        normal.left(best_found, folds),
         rows.block,
         PULL_PRICE * float(pulls @ pulls) / rows.evidence,
     )
