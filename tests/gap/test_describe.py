@@ -26,7 +26,7 @@ from ecyl_ros.gap.describe.guess import Guess
 from ecyl_ros.gap.describe.missing import TORQUE, VOLTAGE, missing
 from ecyl_ros.gap.describe.motion import Motion
 from ecyl_ros.gap.describe.nearest import played_curve
-from ecyl_ros.gap.describe.play import evaluate, play
+from ecyl_ros.gap.describe.play import CLOSELY, Playing, evaluate
 from ecyl_ros.gap.describe.regress import Rows, regress
 from ecyl_ros.gap.diagnosis import Diagnosis, Series
 from ecyl_ros.gap.fit.fit import Fitter
@@ -163,7 +163,9 @@ def test_a_band_holds_the_truth_where_impacts_would_hold_the_fit():
     assert choice.best.of == ("speed",)
     pulls = fitter.sheet.at_nominal
     pulls[list(balance.pulled)] = choice.best.found.pulls
-    played = play(fitter, choice.best, "load_friction", pulls)
+    playing = Playing(fitter, choice.best, "load_friction", pulls)
+    playing.through(CLOSELY)
+    played = playing.known()
     (places,) = played.law.at
     true = truth(case, ("speed",), [np.array(places)])
     assert true is not None

@@ -39,7 +39,7 @@ from .guess import Guess
 from .missing import ROD, TORQUE, VOLTAGE, missing
 from .motion import Motion
 from .nearest import played_curve
-from .play import ROUGHLY, Played, at_noise, evaluate, play
+from .play import CLOSELY, ROUGHLY, Played, Playing, at_noise, evaluate
 from .points import at_port
 
 _PLAYED = 4  # laws of each number of variables that are fitted in closed loop
@@ -106,10 +106,12 @@ def describe(
     motion = Motion.of(replay, replay.full({}))
     left = missing(motion, sheet)
     balances = balances_of(left, motion, fitter.rows)
-    candidates: list[_Candidate] = []
-    for number, kinds in enumerate((("torque", "friction"), ("inverter_voltage",), ("rod_error",))):
-        candidates += _candidates(kinds, fitter, balances, motion)
-        tell(0.15 * (1 + number))
+    by_balance = side_by_side(
+        lambda kinds: _candidates(kinds, fitter, balances, motion),
+        (("torque", "friction"), ("inverter_voltage",), ("rod_error",)),
+    )
+    candidates = list(chain.from_iterable(by_balance))
+    tell(0.45)
     # Balances that something is missing from.
     broken = {_BALANCE[one.guess.kind] for one in candidates}
     if broken >= {TORQUE, VOLTAGE}:
@@ -157,7 +159,7 @@ def _in_loop(
     known: dict[_Candidate, Played] = {}
 
     def played_roughly(one: _Candidate) -> Played:
-        return play(fitter, one.guess, one.port, one.begun.pulls, ROUGHLY)
+        return Playing(fitter, one.guess, one.port, one.begun.pulls).through(ROUGHLY)
 
     def roughly(number: int, most: int = _PLAYED) -> list[tuple[Played, _Candidate]]:
         own = [one for one in candidates if len(one.guess.of) == sizes[number]][:most]
@@ -177,9 +179,10 @@ def _in_loop(
         if found is None or near < found[0].fitted:
             both = [nearest, *_predicting_better(roughly(number), *nearest)]
             closely = side_by_side(lambda one: _closely(fitter, *one), both)
-            closer, (rough, chosen) = min(
-                zip(closely, both, strict=True), key=lambda one: one[0].judged
+            playing, (rough, chosen) = min(
+                zip(closely, both, strict=True), key=lambda one: one[0].best.judged
             )
+            closer = playing.known()
             if found is None or earns(fitter, as_fit(closer), as_fit(found[0])):
                 found = (closer, chosen, _alike(roughly(number), rough, chosen))
         tell((number + 1) / len(sizes))
@@ -210,10 +213,12 @@ def _predicting_better(
     return [*own[:1], *others[:1]]
 
 
-def _closely(fitter: Fitter, nearest: Played, one: _Candidate) -> Played:
+def _closely(fitter: Fitter, nearest: Played, one: _Candidate) -> Playing:
     """A law that was fitted roughly, as near as it goes."""
     begun = one.guess.with_values(np.array(nearest.law.values))
-    return play(fitter, begun, one.port, nearest.pulls)
+    playing = Playing(fitter, begun, one.port, nearest.pulls)
+    playing.through(CLOSELY)
+    return playing
 
 
 def _alike(

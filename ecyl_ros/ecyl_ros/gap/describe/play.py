@@ -32,8 +32,8 @@ CLOSELY = (
     (MEDIUM, 3),
     *((LINEAR, 1),) * 3,  # which samples count is told anew after each step
     *((FINE, 3),) * 3,
-    (EXACT, 2),
 )
+_EXACTLY = (EXACT, 2)
 _STILL = 0.98  # of its cost: a stage that leaves more than this is not repeated
 
 
@@ -80,52 +80,64 @@ def evaluate(fitter: Fitter, law: Law, pulls: FloatArray) -> Played:
     )
 
 
-def play(
-    fitter: Fitter,
-    guess: Guess,
-    port: str,
-    pulls: FloatArray,
-    how: Sequence[tuple[Stage, int]] = CLOSELY,
-) -> Played:
-    """Fit a regressed law in closed loop at a port.
+class Playing:
+    """A law while it is fitted in closed loop at a port, each stage going on from the last.
 
-    Args:
-        fitter: of the recording. guess: the law to begin with. port: where it is played.
-        pulls: float64[k], of the sheet, to begin with.
-        how: as near as it goes, or `ROUGHLY`, as far as a comparison of ports needs.
+    Attributes:
+        best: the law that leaves least, of all that were tried.
     """
-    space = Coordinates(fitter, guess, port)
-    every = range(len(space.price))
-    point = space.begin(pulls)
-    best = evaluate(fitter, *space.parted(point))
-    gap, slopes = best.gap, np.zeros((len(every), *best.gap.shape))
-    secants: FloatArray | None = None
-    before, last, ended = math.inf, None, False
-    for stage, most in how:
-        # Whatever comes of it, these stages say what the law is and how well it is known.
-        done = last is not None and math.sqrt(best.fitted) <= fitter.perfect
-        if done and not (stage.linear or stage is EXACT):
-            continue
-        if stage is last and (ended if stage.linear else best.fitted > _STILL * before):
-            continue
-        fresh = last is None or stage is EXACT
-        before, last = best.fitted, stage
+
+    def __init__(self, fitter: Fitter, guess: Guess, port: str, pulls: FloatArray) -> None:
+        """guess: the law to begin with. pulls: float64[k], of the sheet, to begin with."""
+        self._fitter, self._guess = fitter, guess
+        self._space = Coordinates(fitter, guess, port)
+        self._point = self._space.begin(pulls)
+        self.best = evaluate(fitter, *self._space.parted(self._point))
+        self._gap = self.best.gap
+        self._slopes = np.zeros((len(self._every), *self._gap.shape))
+        self._secants: FloatArray | None = None
+        self._last: Stage | None = None
+        self._before, self._ended = math.inf, False
+
+    @property
+    def _every(self) -> range:
+        return range(len(self._space.price))
+
+    def through(self, stages: Sequence[tuple[Stage, int]]) -> Played:
+        """The best after stages in turn, each with so many steps at the most; without bands."""
+        for stage, most in stages:
+            # Whatever comes of it, the linear stage says which samples tell how well it is known.
+            done = self._last is not None and math.sqrt(self.best.fitted) <= self._fitter.perfect
+            if done and not stage.linear:
+                continue
+            still = self.best.fitted > _STILL * self._before
+            if stage is self._last and (self._ended if stage.linear else still):
+                continue
+            self._through(stage, most, fresh=self._last is None)
+        return self.best
+
+    def _through(self, stage: Stage, most: int, *, fresh: bool) -> None:
+        """One stage; fresh: whether derivatives are worked out at first."""
+        space, fitter = self._space, self._fitter
+        self._before, self._last = self.best.fitted, stage
         passed: list[tuple[FloatArray, Played]] = []
-        objective = _objective(fitter, space, stage, gap, passed)
+        objective = _objective(fitter, space, stage, self._gap, passed)
+        differences = space.differences(stage)
         if stage.linear:
-            secants = slopes.copy() if secants is None else secants
-            differentiate(objective, point, gap, slopes, every, space.differences(stage))
+            if self._secants is None:
+                self._secants = self._slopes.copy()
+            differentiate(objective, self._point, self._gap, self._slopes, self._every, differences)
             if space.mended is not None:
-                space.mended(slopes, point)
-            linear = linear_of(gap, slopes, secants, space.price, fitter)
+                space.mended(self._slopes, self._point)
+            linear = linear_of(self._gap, self._slopes, self._secants, space.price, fitter)
             objective = _of_linear(objective, linear, fitter.rows)
-        ended = descend(
+        self._ended = descend(
             objective,
-            point,
-            slopes,
-            every,
-            every,
-            space.differences(stage),
+            self._point,
+            self._slopes,
+            self._every,
+            self._every,
+            differences,
             most=most,
             least=CONVERGED,
             fresh=fresh,
@@ -133,20 +145,30 @@ def play(
         )
         # The next stage goes on from what this one finds best, as it sees it.
         values = [objective.value(one.gap, where) for where, one in passed]
-        point, found = passed[int(np.argmin(values))]
-        gap = found.gap
+        self._point, found = passed[int(np.argmin(values))]
+        self._gap = found.gap
         # All samples together may have led into a hole that spikes have dug; the others lead out.
-        others = [found] if stage.linear else [best, *(one for _, one in passed)]
-        best = min(others, key=lambda one: one.fitted)
-    if last is not EXACT or secants is None:
-        return best  # a comparison needs no bands
-    linear = linear_of(best.gap, slopes, secants, space.price, fitter)
-    seen = slopes[:, :, fitter.rows].reshape(len(slopes), -1)
-    half, pull_half = half_widths(
-        best.law, best.gap, seen * linear.ravel(), space.along, space.price, guess, fitter
-    )
-    left = unseen(best.gap, seen, space.price, fitter)
-    return dataclasses.replace(best, half=half, pull_half=pull_half, unseen=left)
+        others = [found] if stage.linear else [self.best, *(one for _, one in passed)]
+        self.best = min(others, key=lambda one: one.fitted)
+
+    def known(self) -> Played:
+        """The best with its 95 % bands, from derivatives that are exact; after `CLOSELY`."""
+        assert self._secants is not None
+        self._through(*_EXACTLY, fresh=True)
+        space, fitter, best = self._space, self._fitter, self.best
+        linear = linear_of(best.gap, self._slopes, self._secants, space.price, fitter)
+        seen = self._slopes[:, :, fitter.rows].reshape(len(self._slopes), -1)
+        half, pull_half = half_widths(
+            best.law,
+            best.gap,
+            seen * linear.ravel(),
+            space.along,
+            space.price,
+            self._guess,
+            fitter,
+        )
+        left = unseen(best.gap, seen, space.price, fitter)
+        return dataclasses.replace(best, half=half, pull_half=pull_half, unseen=left)
 
 
 def _objective(
