@@ -5,13 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ecyl_ros.arrays import FloatArray
 from ecyl_ros.drive.parameters import DriveParameters
 from ecyl_ros.gap.replay.evidence import ReplayEvidence, Smoother
 from ecyl_ros.recording.signals import Recording
 
-FloatArray = NDArray[np.float64]
 SPECTRUM = "spectrum"  # in place of a coordinate
 
 

@@ -13,8 +13,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from ..arrays import FloatArray
 from ..errors import InputError
-from ..recording.signals import FloatArray
 from .spectrum import amplitude_spectrum, check_line, dominant_lines
 
 FILTER_ORDER = 8

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from ..arrays import FloatArray
 from ..errors import InputError
-from ..recording.signals import FloatArray
 
 MAX_LAG_S = 1.0
 # A periodic reference fits equally well one period on. Lags whose residual power is within this

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from ..arrays import FloatArray
 from ..recording.atomic import replacing
-from ..recording.signals import FloatArray
 from .spectrum import Line, Spectrum, amplitude_spectrum
 from .tracking import TrackingAnalysis
 

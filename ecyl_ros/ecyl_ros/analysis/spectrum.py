@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..arrays import FloatArray
 from ..errors import InputError
-from ..recording.signals import FloatArray
 
 WINDOW = "hann"
 # A Hann line is four bins wide. With fewer periods than this in the signal it runs into the mean.

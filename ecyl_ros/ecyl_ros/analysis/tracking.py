@@ -6,8 +6,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from ..arrays import FloatArray
 from ..errors import InputError
-from ..recording.signals import FloatArray, Recording
+from ..recording.signals import Recording
 from .emd import Decomposition, EmdSettings, decompose
 from .lag import Lag, lag_and_gain
 from .spectrum import Line, Spectrum, amplitude_spectrum, dominant_lines, line_at

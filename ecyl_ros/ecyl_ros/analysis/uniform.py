@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..arrays import FloatArray
 from ..errors import InputError
-from ..recording.signals import FloatArray
 
 # Steps that differ from their median by less than this fraction count as even: clock jitter of
 # a hundredth of a step moves a line at a tenth of the rate by -50 dB.

@@ -9,13 +9,12 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.signal import lfilter
 
+from ..arrays import FloatArray
 from .filters import kept_share
 from .parameters import DriveParameters
 
-FloatArray = NDArray[np.float64]
 _TIME_CONSTANTS = 20.0  # of the slowest filter that an answer is followed for
 
 

@@ -5,10 +5,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.signal import lfilter
 
-FloatArray = NDArray[np.float64]
+from ..arrays import FloatArray
 
 
 def since_reversal(position: FloatArray, speed: FloatArray) -> FloatArray:

@@ -8,10 +8,11 @@ from dataclasses import replace
 
 import numpy as np
 
+from ..arrays import FloatArray
 from ..drive.parameters import DriveParameters
 from .along import Along
 from .delay_form import delay_form
-from .effect import Effect, FloatArray, Quantity
+from .effect import Effect, Quantity
 from .rigid_form import RigidForm, Stem, added
 from .starts import delays
 from .term import Fitted, Term, plain

@@ -9,11 +9,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..arrays import FloatArray
 from ..drive.rigid.course import Course
 from ..drive.rigid.machine import Machine
 from ..drive.rigid.model import Model, Pair
 from ..drive.rigid.units import Units
-from .effect import FloatArray
 
 _SOFT = 1e-3  # of the largest speed: below it the sign of the speed is not trusted
 _SOFTEST = 0.03  # of it: beyond, a level would look like a rise with speed

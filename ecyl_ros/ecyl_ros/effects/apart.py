@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from .effect import FloatArray
+from ..arrays import FloatArray
 from .term import Parameters, Term
 
 _KEY = "of each"  # what the keys of such terms end with

@@ -8,12 +8,10 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import FloatArray
 from ..drive.parameters import DriveParameters
 from .passed import Passed
-
-FloatArray = NDArray[np.float64]
 
 BLOCKS = (
     "motor_electrical",

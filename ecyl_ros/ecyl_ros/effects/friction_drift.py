@@ -7,10 +7,11 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from ..arrays import FloatArray
 from ..drive.compiled import kernel
 from ..drive.parameters import DriveParameters
 from .along import Along
-from .effect import Effect, Evidence, FloatArray, Quantity, Start, bristle, put_bristle
+from .effect import Effect, Evidence, Quantity, Start, bristle, put_bristle
 from .rigid_form import HUGE, RigidForm, Stem, level
 from .starts import direction, regress
 from .term import Parameters, Term, at_bound, holds_nothing

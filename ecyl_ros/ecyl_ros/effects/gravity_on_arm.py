@@ -7,10 +7,11 @@ from dataclasses import replace
 
 import numpy as np
 
+from ..arrays import FloatArray
 from ..drive.compiled import kernel
 from ..drive.rigid.model import Acting
 from .along import Along
-from .effect import Effect, FloatArray
+from .effect import Effect
 from .rigid_form import HUGE, RigidForm, Stem, Values
 from .term import Fitted, Parameters, Term, holds_nominal, plain
 from .waves import begin, parts, phase_stem, sine, size, wave

@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 
+from ..arrays import FloatArray
 from ..drive.compiled import allocating
-from .effect import FloatArray
 from .passed import Passed
 
 _SAME = 1e-11  # relative: steps of evenly spaced rates differ by rounding

@@ -13,9 +13,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..arrays import FloatArray
 from ..drive.rigid.model import Model
 from .along import Along
-from .effect import FloatArray
 from .term import Fitted, Left, Term, plain
 
 HUGE = 1e9

@@ -6,7 +6,8 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from .effect import Evidence, FloatArray, Start
+from ..arrays import FloatArray
+from .effect import Evidence, Start
 from .lines import explained
 from .passed import Passed
 

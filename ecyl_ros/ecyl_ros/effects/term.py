@@ -17,8 +17,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..arrays import FloatArray
 from .along import Along
-from .effect import FloatArray
 
 # A parameter: name, unit, value.
 Parameters = tuple[tuple[str, str, float], ...]

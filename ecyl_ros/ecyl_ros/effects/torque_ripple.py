@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from ..arrays import FloatArray
 from ..drive.compiled import kernel
 from .along import Along
-from .effect import Effect, Evidence, FloatArray, Quantity, Start, phase
+from .effect import Effect, Evidence, Quantity, Start, phase
 from .rigid_form import RigidForm, Stem
 from .starts import angular_orders, strongest
 from .term import Term

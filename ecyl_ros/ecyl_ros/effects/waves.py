@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from ..arrays import FloatArray
 from ..drive.compiled import kernel
 from .along import Along
-from .effect import FloatArray
 from .rigid_form import Stem, Values
 from .term import Left, Parameters, Term
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..arrays import BoolArray
 from ..drive.parameters import DriveParameters
 from ..drive.stability import check_stability
 from ..effects.catalogue import CATALOGUE
@@ -57,7 +58,7 @@ from .locate.locate import (
     pooled,
     pooled_ports,
 )
-from .replay.replay import BoolArray, Replay
+from .replay.replay import Replay
 
 
 @dataclass(frozen=True, eq=False)

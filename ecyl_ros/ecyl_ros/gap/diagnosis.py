@@ -7,16 +7,11 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
+from ..arrays import BoolArray, FloatArray
 from ..drive.rigid.machine import Machine
 from .describe.description import Description
 from .limits.limit import Alike, Limit
 from .several.of_recording import OfRecording, Unseen
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 
 VERDICTS = (
     "no_gap",

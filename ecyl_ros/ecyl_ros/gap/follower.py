@@ -18,20 +18,13 @@ import numpy as np
 from scipy.signal import lfilter
 from scipy.stats import t as student
 
+from ..arrays import BoolArray, FloatArray
 from ..drive.compiled import kernel
 from ..drive.rigid.machine import Machine
 from ..errors import InputError
 from ..recording.signals import Recording
 from .describe.follower import Followed, with_follower_description
-from .diagnosis import (
-    BoolArray,
-    ConditionShare,
-    Diagnosis,
-    FloatArray,
-    Measured,
-    Series,
-    SignalGap,
-)
+from .diagnosis import ConditionShare, Diagnosis, Measured, Series, SignalGap
 from .judge.verdict import verdict_of
 from .locate.conditions import shares
 from .replay.hidden import NO_GAP_RATIO

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .diagnosis import FloatArray
+from ..arrays import FloatArray
 
 _NOTHING = 1e-12  # of the largest eigenvalue, each coordinate counted in its own size
 

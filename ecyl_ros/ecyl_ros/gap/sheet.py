@@ -17,12 +17,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ..arrays import FloatArray
 from ..drive.coupling import free_widths
 from ..drive.parameters import DriveParameters, leaf_fields
 from ..drive.tolerances import ALL, EXACT, constants_of, half_widths
 from ..effects.catalogue import CATALOGUE
-
-FloatArray = NDArray[np.float64]
 
 # Independent pieces of evidence in a second of recording. What a model of slightly another form
 # leaves is coloured: its samples say the same thing many times over, and no more than this many

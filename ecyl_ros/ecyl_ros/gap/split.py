@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from .diagnosis import BoolArray, FloatArray
+from ..arrays import BoolArray, FloatArray
 
 STRETCH_S = 0.5
 _HELD_OUT_EVERY = 3  # one stretch in so many is never fitted

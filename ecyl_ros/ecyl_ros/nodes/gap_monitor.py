@@ -18,12 +18,13 @@ from rclpy.qos_overriding_options import QoSOverridingOptions
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64
 
+from ..arrays import FloatArray
 from ..drive.parameters import DriveParameters
 from ..drive.stability import check_stability
 from ..errors import InputError
 from ..gap.live.monitor import MEASURED_TOPICS, REFERENCE, REFERENCE_SIGNALS, Monitor, rehearse
 from ..gap.live.window import GapNow
-from ..gap.replay.replay import SIGNALS, FloatArray
+from ..gap.replay.replay import SIGNALS
 from ..recording import cdr
 from ..recording.topics import CURRENT, JOINT_STATE, JOINT_STATES, VECTOR3_STAMPED, VOLTAGE
 from ..recording.topics import REFERENCE as REFERENCE_TOPIC

@@ -14,8 +14,8 @@ from ..analysis.bench.plot import draw as draw_bench
 from ..analysis.emd import Imf
 from ..analysis.spectrum import amplitude_spectrum
 from ..analysis.tracking import TrackingAnalysis
+from ..arrays import FloatArray
 from ..recording.atomic import replacing
-from ..recording.signals import FloatArray
 from . import published
 from .readings import half_clearance_m
 from .results import Results, error_std

@@ -10,11 +10,11 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+from ..arrays import FloatArray
 from ..drive.reference.base import Reference
 from ..gap.fit.descent import search, settle, sheet_alone
 from ..gap.fit.fit import Fit, Fitter
 from ..gap.fit.robust import cost
-from ..gap.replay.replay import FloatArray
 from ..gap.side_by_side import side_by_side
 from .hypotheses import Hypothesis, Pair
 from .predict import Experiment, fitter_of_motion

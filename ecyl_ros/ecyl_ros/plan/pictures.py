@@ -8,7 +8,8 @@ import matplotlib
 import numpy as np
 from matplotlib.figure import Figure
 
-from ..gap.replay.replay import SIGNALS, FloatArray
+from ..arrays import FloatArray
+from ..gap.replay.replay import SIGNALS
 from .hypotheses import Hypothesis
 from .make import Plan
 

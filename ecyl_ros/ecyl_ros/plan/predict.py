@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from ..arrays import FloatArray
 from ..drive.parameters import DriveParameters
 from ..drive.reference.base import Reference
 from ..errors import InputError
@@ -18,7 +19,7 @@ from ..gap.limits.columns import Base
 from ..gap.limits.cylinder import seen_by
 from ..gap.limits.limit import Limit
 from ..gap.limits.pairs import separation
-from ..gap.replay.replay import SIGNALS, FloatArray, Replay
+from ..gap.replay.replay import SIGNALS, Replay
 from ..gap.replay.sensor_noise import declared_noise
 from ..gap.side_by_side import side_by_side
 from ..gap.split import held_out

@@ -21,13 +21,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import differential_evolution
 
+from ..arrays import FloatArray
 from ..drive.reference.leg import Leg
 from ..drive.reference.planned import Planned
 from ..drive.reference.swing import Swing
 from ..errors import InputError
 from ..gap.limits.columns import Base
 from ..gap.limits.loss import weights
-from ..gap.replay.replay import FloatArray
 from .blocks import Block, library
 from .healthy import Healthy, healthy_run
 from .hypotheses import Hypothesis, Pair

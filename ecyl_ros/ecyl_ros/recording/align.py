@@ -10,10 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
+from ..arrays import FloatArray, StampArray
 from ..errors import InputError
 from .clocks import ClockFit, ClockMeter, longest_run, steadied
 from .held import fresh_rows
-from .signals import FloatArray, Recording, StampArray
+from .signals import Recording
 
 BRIDGED = 5.0  # steps; a shorter pause is filled in, a longer one stays a gap
 EVEN = 0.02  # of a step, by which steps may differ and still count as even

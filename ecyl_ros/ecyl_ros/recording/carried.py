@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.integrate import trapezoid  # NumPy has it under two names
 
-from .signals import FloatArray, StampArray
+from ..arrays import FloatArray, StampArray
 
 _FEWEST = 20  # samples of speed over the stand
 _PARTS = 8  # of what runs on, that the offset is told from

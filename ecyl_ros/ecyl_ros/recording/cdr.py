@@ -15,8 +15,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ..arrays import FloatArray, StampArray
 from .messages import typestore
-from .signals import FloatArray, StampArray
 from .topics import JOINT_FIELDS, JOINT_STATE, VECTOR3_STAMPED, VECTOR_FIELDS
 
 # Alignment counts from behind the encapsulation header (CDR 1, OMG DDSI-RTPS 10.2).

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from .signals import FloatArray, StampArray
+from ..arrays import FloatArray, StampArray
 
 LOST = 1.5  # steps; a longer one means that samples are missing
 JUMP_NS = 1_000_000_000  # a stamp that goes back further is a clock that was set, not a disorder

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ..arrays import FloatArray, StampArray
 from .cdr import MAX_LAYOUTS, CdrError
 from .layout import MessageLayout, MessageType, Run, stamp_ns
-from .signals import FloatArray, StampArray
 from .stream import Batch
 
 MOST_FIELDS = 256  # of a topic, where all are asked for

@@ -9,9 +9,10 @@ from typing import Any
 
 import numpy as np
 
+from ..arrays import FloatArray
 from ..errors import InputError
 from .atomic import replacing
-from .signals import FOREIGN_SIGNALS, SIGNALS, FloatArray, Recording
+from .signals import FOREIGN_SIGNALS, SIGNALS, Recording
 
 STAMP = "stamp_ns"
 _NAMES = (*SIGNALS, *FOREIGN_SIGNALS)

@@ -7,9 +7,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..arrays import FloatArray
 from ..errors import InputError
 from .instants import DATE, date_ns
-from .signals import FloatArray
 
 _EXACT = 2**53  # whole numbers up to here are float64s
 _LISTED = 64  # entries of a cell that holds a list

@@ -10,13 +10,13 @@ from collections.abc import Collection, Iterator
 from pathlib import Path
 from typing import Any
 
+from ..arrays import FloatArray
 from ..errors import InputError
 from .columns import Columns
 from .csvnumbers import numbers
 from .csvtext import LONGEST_LINE, blocks, find_delimiter, last_decimals, outside_quotes
 from .instants import DATE
 from .names import name_of
-from .signals import FloatArray
 from .units import dimension_of
 
 _MOST_COLUMNS = 4096

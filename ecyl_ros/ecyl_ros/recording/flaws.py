@@ -25,11 +25,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ..arrays import FloatArray, StampArray
 from .carried import carried_way
 from .names import PLACED, QUANTITY, words
 from .repeats import repeated_rows, worked_out
 from .runs import runs_of
-from .signals import FloatArray, StampArray
 from .whiteness import white_noise
 
 FROZEN, REPEATED, CUT_END, SATURATED = "frozen", "repeated", "cut_end", "saturated"

@@ -8,10 +8,10 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
+from ..arrays import FloatArray, StampArray
 from .flaws import SATURATED, Flaw, find_flaws
 from .headers import ending, told
 from .names import TIMED, holds, unnamed, words
-from .signals import FloatArray, StampArray
 from .units import plain
 from .wrap import WrapFound, find_wrap
 

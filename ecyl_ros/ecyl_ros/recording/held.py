@@ -11,7 +11,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from .signals import FloatArray
+from ..arrays import FloatArray
 
 SLOW = 3  # rows from one new value to the next, at the least
 _REGULAR = 0.8  # share of the values that last as long as usual, a row or a quarter more or less

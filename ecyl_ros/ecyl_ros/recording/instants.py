@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..arrays import StampArray
 from ..errors import InputError
 from .headers import bare, told
 from .map import ISO, TimeColumn
 from .names import unnamed
-from .signals import StampArray
 from .units import UNITS, in_si, plain, unknown_unit
 from .wrap import folded, unwrapped
 

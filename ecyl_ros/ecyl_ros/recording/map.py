@@ -13,7 +13,8 @@ from typing import Any
 import numpy as np
 import yaml
 
-from .signals import FOREIGN_SIGNALS, SIGNALS, FloatArray
+from ..arrays import FloatArray
+from .signals import FOREIGN_SIGNALS, SIGNALS
 from .units import dimension_of, in_si
 from .wrap import Wrap, folded, unwrapped
 

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from ..arrays import FloatArray, StampArray
 from ..errors import InputError
 from . import headers
 from .align import Stream, aligned
@@ -19,7 +20,7 @@ from .instants import instants, named_column
 from .map import MAPPED, MappedSignal, SignalMap, TimeColumn
 from .map_file import check_targets
 from .screening import HELD, SPEEDS, flaw_notes, left_out, with_sign_notes
-from .signals import FloatArray, Recording, StampArray
+from .signals import Recording
 from .source import Source, TableSource, Wanted, open_source
 from .topics import JOINT_STATE, TOPICS
 from .units import UNITS, dimension_of, in_si, unknown_unit

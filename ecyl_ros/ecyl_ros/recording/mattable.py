@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 
+from ..arrays import FloatArray
 from ..errors import InputError
 from .columns import Columns
 from .matcheck import MatError, check_mat
-from .signals import FloatArray
 
 _DEEPEST = 8
 _MOST = 2048  # columns

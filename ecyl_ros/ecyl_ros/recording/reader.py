@@ -9,11 +9,12 @@ from typing import Any
 
 import numpy as np
 
+from ..arrays import FloatArray, StampArray
 from ..errors import InputError
 from .bag import read_bag
 from .bag_contents import Bag
 from .cdr import CdrError, decode
-from .signals import FloatArray, Recording, StampArray
+from .signals import Recording
 from .topics import JOINT_STATES, TOPICS, TopicSpec
 
 

@@ -13,8 +13,8 @@ from collections.abc import Collection, Iterable, Mapping
 import numpy as np
 from numpy.typing import NDArray
 
+from ..arrays import FloatArray
 from .names import PLACED, words
-from .signals import FloatArray
 from .whiteness import white_noise
 
 _SHORTEST = 5  # rows of a stretch

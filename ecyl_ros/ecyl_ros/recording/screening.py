@@ -8,8 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from ..arrays import FloatArray
 from .flaws import Flaw, find_flaws
-from .signals import FOREIGN_SIGNALS, SIGNALS, FloatArray, Recording
+from .signals import FOREIGN_SIGNALS, SIGNALS, Recording
 from .signs import wrong_signs
 
 SPEEDS = {

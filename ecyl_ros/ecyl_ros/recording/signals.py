@@ -10,13 +10,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..arrays import FloatArray, StampArray
 from .frame import from_frame, to_frame
 
 if TYPE_CHECKING:
     from pandas import DataFrame
 
-FloatArray = NDArray[np.float64]
-StampArray = NDArray[np.int64]
 
 # Every signal by name, with its unit. The names are the fields of `Recording`, the columns of a
 # CSV file and what messages to the user call them.

@@ -6,11 +6,10 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from .signals import FloatArray, Recording
+from ..arrays import BoolArray, FloatArray
+from .signals import Recording
 
-BoolArray = NDArray[np.bool_]
 WRONG = "has the wrong sign"  # in the line on each
 _MIRRORED = -0.8  # correlation of what should go together
 # Partial correlation of the effort and the acceleration, and the share of the power that the load

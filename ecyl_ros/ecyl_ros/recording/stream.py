@@ -10,6 +10,7 @@ from typing import BinaryIO
 import numpy as np
 from numpy.typing import NDArray
 
+from ..arrays import StampArray
 from ..errors import InputError
 from .bag_contents import Bag, TopicMessages
 from .bag_files import SQLITE, bag_files, called
@@ -26,7 +27,6 @@ from .mcap_file import (
     FileReader,
 )
 from .packed import FRAME, kind, plain_file, plain_message
-from .signals import StampArray
 
 BATCH_BYTES = 8 * 2**20
 _BATCH_MESSAGES = 65_536

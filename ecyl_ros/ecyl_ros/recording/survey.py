@@ -11,13 +11,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..arrays import StampArray
 from ..errors import InputError
 from .clocks import ClockFit, ClockMeter, StampFigures, StampMeter
 from .columns import Columns
 from .flaws import Flaw
 from .health import HealthMeter
 from .map import SignalMap, TimeColumn
-from .signals import StampArray
 from .source import TableSource, open_source
 from .span import Span
 from .table_clock import TableClock, table_clock

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from .signals import FloatArray
+from ..arrays import FloatArray
 
 _WHITE = 0.6  # share of third differences that turn their sign; 0.77 where all is white noise
 

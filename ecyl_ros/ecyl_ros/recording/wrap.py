@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d
 
-from .signals import FloatArray
+from ..arrays import FloatArray
 
 TURN = "rev"
 _BITS = re.compile(r"(signed\s+)?(\d{1,2})\s*bits?$")

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...arrays import FloatArray
 from ...errors import InputError
-from ...recording.signals import FloatArray
 from .loop import Loop
 
 TURN = 0.3  # of the range: a lesser dip is no turning point. Half of it is the first loading

@@ -23,8 +23,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...arrays import FloatArray
 from ...errors import InputError
-from ...recording.signals import FloatArray
 from .lines import ThreeLines
 from .median_curve import MedianCurve
 

@@ -6,8 +6,8 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from ...arrays import FloatArray
 from ...errors import InputError
-from ...recording.signals import FloatArray
 from . import table1
 from .edges import Edges, split_edges
 from .fit import Estimate, LineFit, fit_lines

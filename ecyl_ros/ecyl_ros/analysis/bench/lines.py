@@ -16,7 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...recording.signals import FloatArray
+from ...arrays import FloatArray
 
 
 @dataclass(frozen=True)

@@ -6,8 +6,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from ...arrays import FloatArray
 from ...errors import InputError
-from ...recording.signals import FloatArray
 
 MIN_READINGS = 60
 

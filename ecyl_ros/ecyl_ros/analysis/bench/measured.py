@@ -7,11 +7,11 @@ from pathlib import Path
 
 import numpy as np
 
+from ...arrays import FloatArray
 from ...errors import InputError
 from ...recording.atomic import replacing
 from ...recording.csvfile import read_table
 from ...recording.reader import read_recording
-from ...recording.signals import FloatArray
 from .loop import Loop
 from .units import ARCMIN, ARCSEC
 

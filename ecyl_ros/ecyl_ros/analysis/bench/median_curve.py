@@ -14,8 +14,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from ...arrays import FloatArray
 from ...errors import InputError
-from ...recording.signals import FloatArray
 from .edges import Edges
 from .loop import Loop
 

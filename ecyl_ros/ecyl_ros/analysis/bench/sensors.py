@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...recording.signals import FloatArray
+from ...arrays import FloatArray
 from .units import ARCSEC
 
 

@@ -13,13 +13,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ...arrays import FloatArray
 from ...drive.friction import BREAKAWAY_RAD, deflected
 from ...drive.packed import pack
 from ...drive.parameters import DriveParameters
 from ...drive.transmission import contact_mode, mode_torque
 from ...effects import ports
 from ...errors import InputError
-from ...recording.signals import FloatArray
 from . import table1
 from .loop import Loop
 from .sensors import BenchSensors, read

@@ -11,14 +11,12 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...arrays import FloatArray
 from ...errors import InputError
 from ..compiled import called
 from ..parameters import LimitParameters
 from .multisine import Multisine
-
-FloatArray = NDArray[np.float64]
 
 # Times a period of the highest line, for peaks: 0.1 % of them at the most is missed.
 _LOOKED_AT = 64

@@ -12,12 +12,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
+from ...arrays import FloatArray
 from ..parameters import LimitParameters
 
-FloatArray = NDArray[np.float64]
 State = tuple[float, float, float]  # position m, velocity m/s, acceleration m/s^2
 
 # Points come with times in whole ns: what rounding makes of acceleration over a millisecond.

@@ -5,11 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
+from ...arrays import BoolArray, FloatArray
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

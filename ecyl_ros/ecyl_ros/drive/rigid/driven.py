@@ -10,8 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
+from ...arrays import BoolArray, FloatArray
 from ..compiled import kernel
-from .course import BoolArray, Course, FloatArray
+from .course import Course
 from .law import remembered
 from .loop import ask, gains_of, reference_speed
 from .machine import Machine

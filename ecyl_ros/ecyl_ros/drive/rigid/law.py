@@ -19,12 +19,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ...arrays import FloatArray
 from ...effects import learned
 from ...errors import InputError
 from ..compiled import kernel
 from ..law import KEY, PORTS, VARIABLES, Law, law_from_flat, law_to_file
 from ..memory import since_reversal, warmed
-from .course import Course, FloatArray
+from .course import Course
 from .units import EFFORT_UNITS, Units, own_effort
 
 UNIT = f"{KEY}.unit"

@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...recording.signals import FloatArray
+from ...arrays import FloatArray
 from ..compiled import kernel
 from .machine import Machine
 

@@ -11,11 +11,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ...arrays import FloatArray
 from ...effects.catalogue import RIGID
 from ...effects.rigid_form import EFFORT_KINDS
 from ...effects.rigid_ports import KINDS, PORTS, port_of
 from . import law
-from .course import FloatArray
 from .machine import Machine
 from .model import Acting, Keys, Model
 

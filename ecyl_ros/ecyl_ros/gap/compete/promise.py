@@ -12,10 +12,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...arrays import FloatArray
 from ...effects.catalogue import CATALOGUE
 from ..fit.fit import Fit, Fitter, Values
 from ..fit.robust import robust_mean_square
-from ..replay.replay import FloatArray
 from .joint import resized
 
 _STRIDE = 5  # responses are added up on every fifth sample

@@ -13,9 +13,10 @@ from functools import cached_property
 import numpy as np
 from scipy.signal import welch
 
+from ...arrays import FloatArray
 from ...effects.catalogue import CATALOGUE
 from ..fit.fit import Fit, Fitter, Values
-from ..replay.replay import FloatArray, Replay
+from ..replay.replay import Replay
 from ..side_by_side import side_by_side
 
 _SIGNALS = ("rotor_velocity", "current_q", "voltage_q", "rotor_position", "rod_position")

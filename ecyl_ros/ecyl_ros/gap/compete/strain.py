@@ -13,12 +13,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...arrays import FloatArray
 from ...effects.catalogue import CATALOGUE
 from ..fit.fit import Fit, Fitter, Values
 from ..fit.gram import weighted_products
 from ..fit.robust import per_square, robust_weights
 from ..inverse import inverse_of
-from ..replay.replay import FloatArray
 from ..sheet import PULL_PRICE
 
 # The square of a normal variable that is two tolerances, four standard deviations, off. A sheet has

@@ -11,10 +11,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...arrays import FloatArray
 from ...drive.compiled import allocating
 from ...drive.law import PERIODS
 from ...effects.learned import places, segments
-from ..replay.replay import FloatArray
 
 # Places of the axis of a law of one variable, and of each of two.
 ALONE = {"position": 48, "rotor_angle": 48, "screw_angle": 48, "heat": 12, "direction": 2}

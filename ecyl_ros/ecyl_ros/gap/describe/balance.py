@@ -7,8 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 
+from ...arrays import BoolArray, FloatArray
 from ..fit.robust import LOSS_SCALE, robust_weights
-from ..replay.replay import BoolArray, FloatArray
 from ..sheet import EVIDENCE_PER_S
 from .axis import Axis, columns, roughness
 from .guess import Guess, Trial

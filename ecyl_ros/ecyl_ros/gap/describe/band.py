@@ -5,13 +5,13 @@ from __future__ import annotations
 
 import numpy as np
 
+from ...arrays import BoolArray, FloatArray
 from ...drive.law import Law
 from ..fit.fit import Fitter
 from ..fit.linear import linear_samples
 from ..fit.robust import per_square, robust_weights
 from ..inverse import inverse_of
 from ..judge.intervals import FORM, quantile, spreads
-from ..replay.replay import BoolArray, FloatArray
 from ..split import stretch_of
 from .guess import Guess
 

@@ -25,7 +25,7 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 from scipy.stats import wilcoxon
 
-from ..replay.replay import FloatArray
+from ...arrays import FloatArray
 
 LEVEL = 0.01  # of a law by chance, over all sets of variables that were looked at
 _ROUNDED = 1e-12  # of what is left without a law: less is rounding

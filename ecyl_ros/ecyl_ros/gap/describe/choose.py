@@ -16,8 +16,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import minimize_scalar
 
+from ...arrays import FloatArray
 from ...drive.law import PERIODS
-from ..replay.replay import FloatArray
 from .balance import Balance
 from .chance import LEVEL, probability
 from .guess import Guess, Trial

@@ -11,12 +11,12 @@ from collections.abc import Callable
 import numpy as np
 from scipy.linalg import eigh
 
+from ...arrays import FloatArray
 from ...drive.law import Law
 from ..fit.fit import Fitter
 from ..fit.newton import Differences
 from ..fit.stages import Stage
 from ..fit.torque_scale import TorqueScale, of_torque, take_out
-from ..replay.replay import FloatArray
 from ..sheet import PULL_PRICE
 from .axis import roughness
 from .guess import Guess

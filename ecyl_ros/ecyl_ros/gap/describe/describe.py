@@ -17,6 +17,7 @@ from itertools import chain
 
 import numpy as np
 
+from ...arrays import FloatArray
 from ...drive.law import PERIODS
 from ..compete.candidates import CLOSE
 from ..compete.competition import Competition
@@ -26,7 +27,6 @@ from ..fit.robust import misfit, robust_squares
 from ..judge.place import open_ended
 from ..judge.verdict import HELPS
 from ..locate.locate import pooled
-from ..replay.replay import FloatArray
 from ..side_by_side import side_by_side
 from ..split import stretch_of
 from . import words

@@ -17,8 +17,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.signal import savgol_filter
 
+from ...arrays import BoolArray, FloatArray
 from ...drive.rigid.law import counted_in
-from ..diagnosis import BoolArray, Diagnosis, FloatArray
+from ..diagnosis import Diagnosis
 from ..judge.verdict import shrink_of
 from ..rigid.motion import Motion
 from . import words

@@ -14,8 +14,8 @@ from collections.abc import Callable
 
 import numpy as np
 
+from ...arrays import FloatArray
 from ...drive.law import PERIODS, Law, order_of
-from ..replay.replay import FloatArray
 
 _MOST_TERMS = 4
 _AS_WELL = 0.05  # of the table's RMS

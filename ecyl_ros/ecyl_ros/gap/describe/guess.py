@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
+from ...arrays import FloatArray
 from ...drive.law import Law, order_of
-from ..replay.replay import FloatArray
 from .axis import Axis
 from .regress import Regression
 

@@ -8,9 +8,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ...arrays import BoolArray, FloatArray
 from ...drive.law import LEAST_PERIODS, PERIODS
 from ...drive.memory import since_reversal
-from ..diagnosis import BoolArray, FloatArray
 from ..rigid.balance import Balance
 from ..rigid.motion import Motion
 from ..rigid.rest import reversing

@@ -14,8 +14,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.signal import savgol_coeffs
 
+from ...arrays import BoolArray, FloatArray
 from ..replay.evidence import Smoother
-from ..replay.replay import BoolArray, FloatArray, Replay
+from ..replay.replay import Replay
 from ..sheet import Sheet
 from .motion import Motion
 

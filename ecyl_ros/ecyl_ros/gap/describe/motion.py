@@ -10,11 +10,12 @@ from functools import cached_property
 import numpy as np
 from scipy.signal import savgol_filter
 
+from ...arrays import BoolArray, FloatArray
 from ...drive.engine import LOAD
 from ...drive.law import PERIODS
 from ...drive.memory import since_reversal, warmed
 from ..replay.evidence import Smoother
-from ..replay.replay import SIGNALS, BoolArray, FloatArray, Replay
+from ..replay.replay import SIGNALS, Replay
 from ..split import STRETCH_S
 from .visited import reversals
 

@@ -6,8 +6,8 @@ import copy
 
 import numpy as np
 
+from ...arrays import FloatArray
 from ...drive.law import Law
-from ..diagnosis import FloatArray
 from ..fit.fit import Fit, Fitter
 from .guess import Guess
 from .missing import missing

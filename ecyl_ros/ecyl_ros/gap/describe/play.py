@@ -14,13 +14,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...arrays import BoolArray, FloatArray
 from ...drive.law import Law
 from ..compete.earn import AT_FLOOR
 from ..fit.fit import CONVERGED, Fitter
 from ..fit.newton import Objective, descend, differentiate
 from ..fit.robust import LOSS_SCALE, cost
 from ..fit.stages import COARSE, EXACT, FINE, LINEAR, MEDIUM, Stage
-from ..replay.replay import BoolArray, FloatArray
 from .band import half_widths, linear_of, unseen
 from .coordinates import Coordinates
 from .guess import Guess

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..diagnosis import FloatArray
+from ...arrays import FloatArray
 from .balance import driving
 from .guess import Guess
 from .missing import Missing

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...arrays import FloatArray
 from ..inverse import inverse_of
-from ..replay.replay import FloatArray
 from ..sheet import PULL_PRICE, raised
 
 # Smoothness that is tried, as the weight of the roughness over that of a squared residual.

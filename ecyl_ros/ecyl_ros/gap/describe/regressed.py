@@ -7,8 +7,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ...arrays import BoolArray, FloatArray
 from ...drive.law import Law
-from ..diagnosis import BoolArray, FloatArray
 from ..judge.verdict import EXPLAINED_SHRINK, STRUCTURELESS, shrink_of
 from .balance import Balance
 from .chance import LEVEL

@@ -12,13 +12,14 @@ from collections.abc import Collection, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from ...arrays import FloatArray
 from ...drive.law import Law
 from ...drive.rigid.law import counted_in, scaled
 from ...drive.rigid.machine import Machine
 from ...effects.catalogue import EFFECTS, RIGID
 from ...effects.term import Term
 from ..compete.strain import STRAINED
-from ..diagnosis import Diagnosis, FloatArray, Measured
+from ..diagnosis import Diagnosis, Measured
 from ..judge.verdict import shrink_of
 from ..rigid.closest import closest, per_effort
 from ..rigid.judge import Judgement

@@ -6,7 +6,7 @@ from typing import Protocol
 
 import numpy as np
 
-from ..diagnosis import FloatArray
+from ...arrays import FloatArray
 
 
 class Filter(Protocol):

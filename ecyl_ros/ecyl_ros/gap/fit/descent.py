@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 
-from ..replay.replay import FloatArray
+from ...arrays import FloatArray
 from .coordinate import is_phase
 from .fit import CONVERGED, Fit, Fitter, coordinates_of
 from .stages import COARSE, EXACT, FINE, MEDIUM, Stage

@@ -16,8 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter1d
 
+from ...arrays import BoolArray, FloatArray
 from ..replay.hidden import Hidden
-from ..replay.replay import BoolArray, FloatArray, Replay
+from ..replay.replay import Replay
 from ..sheet import PULL_PRICE, Sheet
 from .coordinate import Coordinate, is_phase, quantities
 from .newton import Differences, Objective, descend

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..replay.replay import FloatArray
+from ...arrays import FloatArray
 
 _BLOCK = 4096  # samples at a time: so many of some twenty rows stay in the cache
 

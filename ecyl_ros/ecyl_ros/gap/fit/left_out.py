@@ -6,12 +6,13 @@ import dataclasses
 import math
 from collections.abc import Callable, Iterator, Sequence
 
+from ...arrays import FloatArray
 from ...drive.coupling import BACKLASH, DAMPING, STIFFNESS
 from ...drive.parameters import DriveParameters, leaf_fields
 from ...drive.tolerances import constants_of, with_constants
 from ...effects.catalogue import CATALOGUE
 from ..diagnosis import SheetValue
-from ..replay.replay import FloatArray, Replay
+from ..replay.replay import Replay
 from .robust import cost
 
 Coupling = dict[str, float]

@@ -10,8 +10,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from ...arrays import BoolArray, FloatArray
 from ..inverse import inverse_of
-from ..replay.replay import BoolArray, FloatArray
 from .gram import weighted_products
 
 _FIRST = 0.9  # of the samples, those that bend least, begin

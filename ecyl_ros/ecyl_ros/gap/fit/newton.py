@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import LinAlgError, cho_factor, cho_solve
 
-from ..replay.replay import FloatArray
+from ...arrays import FloatArray
 from ..side_by_side import side_by_side
 from .gram import weighted_products
 from .robust import robust_mean_square, robust_weights

@@ -11,8 +11,8 @@ import math
 
 import numpy as np
 
+from ...arrays import BoolArray, FloatArray
 from ...drive.compiled import called
-from ..replay.replay import BoolArray, FloatArray
 
 _LARGE = 1e100  # a product of squares is taken its logarithm of before it overflows
 _SMALL = 1e-9  # its logarithm differs from it by half of this share

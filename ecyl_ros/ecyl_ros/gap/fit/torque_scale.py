@@ -12,10 +12,10 @@ from collections.abc import Collection, Sequence
 
 import numpy as np
 
+from ...arrays import FloatArray
 from ...drive.parameters import DriveParameters, leaf_fields
 from ...drive.tolerances import constants_of
 from ...effects.catalogue import CATALOGUE
-from ..diagnosis import FloatArray
 from ..sheet import Sheet
 from .coordinate import Coordinate
 

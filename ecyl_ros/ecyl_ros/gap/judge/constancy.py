@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ...arrays import BoolArray, FloatArray
 from ...effects.catalogue import CATALOGUE
 from ..compete.competition import Competition, leave_one_out
 from ..compete.earn import earns
@@ -21,7 +22,7 @@ from ..fit.descent import polish
 from ..fit.fit import Fit, Fitter
 from ..fit.robust import cost, misfit, robust_squares
 from ..replay.evidence import Smoother, gather
-from ..replay.replay import BoolArray, FloatArray, Replay
+from ..replay.replay import Replay
 
 _SIZES = (0.5, 0.7, 0.8, 0.9, 0.95, 1.0, 1.05, 1.1, 1.2, 1.4, 2.0)
 _MOVING = 0.02  # of the top speed

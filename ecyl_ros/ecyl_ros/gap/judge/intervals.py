@@ -11,13 +11,13 @@ import math
 import numpy as np
 from scipy.stats import t as student
 
+from ...arrays import BoolArray, FloatArray
 from ...drive.tolerances import CONSTANTS
 from ...effects.catalogue import CATALOGUE
 from ..fit.fit import Fit, Fitter
 from ..fit.gram import weighted_products
 from ..fit.robust import per_square, robust_weights
 from ..inverse import inverse_of
-from ..replay.replay import BoolArray, FloatArray
 from ..sheet import PULL_PRICE
 from ..split import stretch_of
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...arrays import BoolArray, FloatArray
 from ...effects.catalogue import CATALOGUE, EFFECTS
 from ..compete.competition import Competition
 from ..diagnosis import Candidate, Cause, FittedParameter
@@ -15,7 +16,7 @@ from ..fit.fit import Fit
 from ..fit.robust import cost, misfit
 from ..listed import listed
 from ..replay.hidden import NO_GAP_RATIO
-from ..replay.replay import BoolArray, FloatArray, Replay
+from ..replay.replay import Replay
 
 STRUCTURELESS = 1.3  # robust misfit over that of a perfect model
 EXPLAINED_SHRINK = 0.9

@@ -15,12 +15,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...arrays import BoolArray, FloatArray
 from ...effects.catalogue import CATALOGUE
 from ..compete.earn import AT_FLOOR, LEAST, WORTH
 from ..compete.strain import STRAINED, UNSEEN, effect_of
 from ..inverse import inverse_of
 from ..replay.hidden import NO_GAP_RATIO
-from ..replay.replay import BoolArray, FloatArray
 from .columns import Base
 from .loss import weights
 

@@ -12,10 +12,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ...arrays import BoolArray, FloatArray
 from ...effects.catalogue import CATALOGUE
 from ..fit.coordinate import Coordinate, is_phase, quantities
 from ..fit.fit import Fit, Fitter
-from ..replay.replay import BoolArray, FloatArray
 from ..sheet import PULL_PRICE
 from ..side_by_side import side_by_side
 from .probes import Probe, Values, rows_of

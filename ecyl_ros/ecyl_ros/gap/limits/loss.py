@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from ...arrays import FloatArray
 from ..fit.robust import robust_squares
-from ..replay.replay import FloatArray
 
 _NODES, _WEIGHTS = np.polynomial.hermite_e.hermegauss(41)
 _SHARES = _WEIGHTS / _WEIGHTS.sum()

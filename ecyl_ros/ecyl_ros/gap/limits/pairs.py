@@ -7,9 +7,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ...arrays import FloatArray
 from ...effects.catalogue import CATALOGUE
 from ..judge.verdict import INDISTINCT
-from ..replay.replay import FloatArray
 from .columns import Base
 from .limit import Alike
 from .loss import rise, weights

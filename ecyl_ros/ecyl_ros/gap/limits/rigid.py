@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ...arrays import BoolArray, FloatArray
 from ...effects.catalogue import RIGID
 from ...effects.term import Term
 from ..compete.strain import STRAINED
@@ -29,7 +30,6 @@ from .limit import Limit
 from .possible import possible
 
 if TYPE_CHECKING:
-    from ..diagnosis import BoolArray, FloatArray
     from ..rigid.judge import Judgement
 
 _ONE_SIDED = 1.645  # standard errors: seen with 95 %

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from ..replay.replay import FloatArray
+from ...arrays import FloatArray
 from .limit import Limit
 from .probes import Probe
 

@@ -7,13 +7,13 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from ...arrays import FloatArray, StampArray
 from ...drive.engine import MEASUREMENT, VOLTAGE
 from ...drive.parameters import DriveParameters
 from ...drive.plant import MEASURED
-from ..replay.replay import FloatArray
 from ..replay.sensor_noise import declared_noise
 from .start import settling_time_s, state_from
-from .streams import StampArray, Stream, Streams
+from .streams import Stream, Streams
 from .twin import Twin
 from .window import Compared, GapNow, Window
 

@@ -8,11 +8,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...arrays import FloatArray
 from ...drive.parameters import DriveParameters
 from ...drive.plant import initial_state
 from ...drive.stability import closed_loop_matrix
 from ..replay.loop_state import loop_integrals
-from ..replay.replay import FloatArray
 
 _NEAR = 10.0  # noise standard deviations within which the rod is where it is wanted
 _STILL = 6.0  # the same for speed and current that are zero

@@ -9,11 +9,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..replay.replay import FloatArray
-
-StampArray = NDArray[np.int64]
+from ...arrays import FloatArray, StampArray
 
 NANOSECONDS = 1_000_000_000
 LATE_NS = 100_000_000  # a stamp that is this little behind is a late message, not a new run

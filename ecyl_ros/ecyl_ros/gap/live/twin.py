@@ -5,15 +5,14 @@ from __future__ import annotations
 import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 
+from ...arrays import FloatArray, StampArray
 from ...drive.cascade import initial_cascade_state
 from ...drive.engine import COLUMNS, run_ticks
 from ...drive.packed import pack
 from ...drive.parameters import DriveParameters
 from ...drive.plant import MEASURED, voltage_queue
-from ..replay.replay import FloatArray
 from ..replay.sensor_noise import declared_noise, silent
 from .start import State
-from .streams import StampArray
 
 _DRAWS = 3  # loops with noise: of one alone, what rare impacts make of it would be chance
 _POINTS = 4  # of the cubic between ticks

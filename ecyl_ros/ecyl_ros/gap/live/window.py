@@ -10,14 +10,14 @@ from typing import Any
 
 import numpy as np
 
+from ...arrays import FloatArray, StampArray
 from ...drive.parameters import DriveParameters
 from ...recording.signals import Recording
 from ..diagnosis import ConditionShare, PortCheck
 from ..locate.block import possible_blocks
 from ..locate.locate import balances, by_condition, by_port
-from ..replay.replay import NOMINAL, SIGNALS, Constants, Effects, FloatArray, Replay
+from ..replay.replay import NOMINAL, SIGNALS, Constants, Effects, Replay
 from ..replay.sensor_noise import declared_noise, silent
-from .streams import StampArray
 
 # A gap is what stands this far above what noise leaves.
 GAP = 2.0

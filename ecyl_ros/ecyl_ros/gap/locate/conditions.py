@@ -7,7 +7,8 @@ from collections.abc import Mapping
 import numpy as np
 from scipy.signal import find_peaks
 
-from ..diagnosis import BoolArray, ConditionShare, FloatArray
+from ...arrays import BoolArray, FloatArray
+from ..diagnosis import ConditionShare
 
 _REVERSAL_S = 0.06  # before and after the speed changes sign
 _CROWDED = 10  # parts of a stroke or time within one of which a gap counts as gathered

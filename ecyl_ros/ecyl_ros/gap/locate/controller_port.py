@@ -18,13 +18,14 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 from scipy.optimize import minimize_scalar
 
+from ...arrays import FloatArray
 from ...drive.cascade import cascade_step, initial_cascade_state
 from ...drive.compiled import allocating
 from ..compete.strain import STRAINED
 from ..diagnosis import PortCheck
 from ..fit.robust import robust_weights, typical_rms
 from ..replay.evidence import Smoother
-from ..replay.replay import Effects, FloatArray, Replay
+from ..replay.replay import Effects, Replay
 from ..sheet import PULL_PRICE, Sheet
 
 # Above the motion of a drive, below its loops: a shorter one takes up what a wrong setting leaves,

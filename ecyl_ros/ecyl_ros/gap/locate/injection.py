@@ -11,9 +11,10 @@ import math
 
 import numpy as np
 
+from ...arrays import FloatArray
 from ..fit.robust import cost
 from ..replay.evidence import missing_torque
-from ..replay.replay import FloatArray, Replay
+from ..replay.replay import Replay
 
 _ROUNDS = 4  # of putting on what is still missing
 _ROTOR_BY_TWIST = 3.0  # times as wrong a twist with the torque on the load

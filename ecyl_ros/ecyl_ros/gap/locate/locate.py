@@ -13,11 +13,12 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.signal import welch
 
+from ...arrays import BoolArray, FloatArray
 from ..diagnosis import ConditionShare, PortCheck, SignalGap
 from ..fit.fit import Fit
 from ..fit.robust import typical_rms
 from ..replay.evidence import Smoother, gather
-from ..replay.replay import BoolArray, FloatArray, Replay
+from ..replay.replay import Replay
 from .conditions import near_reversal, shares, strongest_lines, widened
 from .controller_port import controller_check
 

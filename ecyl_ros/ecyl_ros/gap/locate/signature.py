@@ -6,8 +6,9 @@ import math
 
 import numpy as np
 
+from ...arrays import FloatArray
 from ..replay.evidence import ReplayEvidence, Smoother
-from ..replay.replay import FloatArray, Replay
+from ..replay.replay import Replay
 
 _BEYOND, _AT = 10.0, 3.0  # noise floors: clearly beyond a level, and at it
 _HELD = 30  # samples at the level at least, and beyond it in the replay

@@ -12,8 +12,9 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from ...arrays import FloatArray
 from ...drive.parameters import DriveParameters
-from ...recording.signals import FloatArray, Recording
+from ...recording.signals import Recording
 
 _SHARE = 0.5  # of what a loop would make of the noise of i_d: less in u_d, and there is none
 _ROUNDED = 1e-6  # of u_d: by so much the same product may differ

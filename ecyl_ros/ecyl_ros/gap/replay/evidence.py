@@ -12,10 +12,11 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.signal import savgol_coeffs, savgol_filter
 
+from ...arrays import BoolArray, FloatArray
 from ...drive.engine import LOAD
 from ...drive.parameters import DriveParameters
 from ...effects.passed import Passed
-from .replay import SIGNALS, BoolArray, Effects, FloatArray, Replay
+from .replay import SIGNALS, Effects, Replay
 
 _WINDOW_S = 0.02
 _ORDER = 2

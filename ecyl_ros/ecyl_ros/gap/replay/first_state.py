@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 
+from ...arrays import FloatArray
 from ...drive.parameters import DriveParameters
 from ...drive.plant import initial_state
-from ..diagnosis import FloatArray
 from .loop_state import loop_integrals
 
 

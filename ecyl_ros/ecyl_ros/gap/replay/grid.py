@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicHermiteSpline, CubicSpline
 
+from ...arrays import FloatArray
 from ...recording.signals import Recording
 
-FloatArray = NDArray[np.float64]
 _ON_GRID = 0.01  # of a sample: stamps nearer than that to the grid are on it
 _ROUNDED_S = 1e-9  # by which stamps are off their ticks that count in ns
 _FINE_HZ = 1000.0  # of the grid where they are not

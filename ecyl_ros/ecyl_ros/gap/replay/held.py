@@ -13,10 +13,11 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from ...arrays import FloatArray
 from ...drive.cascade import CascadeState
 from ...drive.engine import VOLTAGE
 from ...drive.parameters import DriveParameters
-from ...recording.signals import FloatArray, Recording
+from ...recording.signals import Recording
 from .grid import Grid
 
 _UNLIKE = 0.99  # of all commands: none that is rounded coarsely enough to come again by chance

@@ -14,8 +14,9 @@ from functools import cached_property
 
 import numpy as np
 
+from ...arrays import FloatArray
 from ...drive.tolerances import constants_of
-from .replay import Constants, Effects, FloatArray, Replay
+from .replay import Constants, Effects, Replay
 
 # Times its floor that a signal may stand at where the nominal model has no gap.
 NO_GAP_RATIO = 1.15

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from ...arrays import FloatArray
 from ...drive.parameters import DriveParameters
-from ...recording.signals import FloatArray, Recording
+from ...recording.signals import Recording
 
 
 def injected(recording: Recording, drive: DriveParameters) -> tuple[FloatArray, FloatArray] | None:

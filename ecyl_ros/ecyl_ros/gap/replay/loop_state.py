@@ -5,11 +5,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...arrays import FloatArray
 from ...drive.parameters import DriveParameters
-
-FloatArray = NDArray[np.float64]
 
 
 def loop_integrals(

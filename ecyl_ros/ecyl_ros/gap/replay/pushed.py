@@ -6,9 +6,9 @@ from collections.abc import Iterable
 
 import numpy as np
 
+from ...arrays import FloatArray
 from ...drive.compiled import kernel
 from ...drive.engine import run_ticks
-from ...recording.signals import FloatArray
 
 
 def pushed_at(instants: FloatArray, pushes: Iterable[tuple[FloatArray, FloatArray]]) -> FloatArray:

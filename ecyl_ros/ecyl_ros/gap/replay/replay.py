@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ...arrays import BoolArray, FloatArray
 from ...drive.cascade import initial_cascade_state
 from ...drive.engine import COLUMNS, MEASUREMENT, VOLTAGE, run_ticks
 from ...drive.law import Law
@@ -33,8 +34,6 @@ from .pushed import pushed_at, run_pushed
 from .screen import screen
 from .sensor_noise import declared_noise, roughness, silent, with_noise, with_steps
 
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 Effects = Mapping[str, Mapping[str, float]]
 Constants = Mapping[str, float]
 NOMINAL: Constants = {}  # no constant off its nominal value

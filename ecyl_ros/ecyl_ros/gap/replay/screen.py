@@ -8,9 +8,10 @@ from typing import Any
 import numpy as np
 from scipy.ndimage import median_filter
 
+from ...arrays import FloatArray
 from ...drive.parameters import DriveParameters
 from ...errors import InputError
-from ...recording.signals import FloatArray, Recording
+from ...recording.signals import Recording
 
 LEAST_SAMPLES = 200
 LONGEST_S = 40.0  # a longer recording is judged on its liveliest stretch of this length

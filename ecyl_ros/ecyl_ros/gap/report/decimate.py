@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ..diagnosis import FloatArray
+from ...arrays import FloatArray
 
 
 def columns_of(x: FloatArray, low: float, high: float, count: int) -> NDArray[np.int64]:

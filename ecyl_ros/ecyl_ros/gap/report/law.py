@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from ...arrays import FloatArray
 from ...drive.law import LEAST_PERIODS
 from ..describe.axis import Axis as Table
-from ..describe.description import Description, FloatArray
+from ..describe.description import Description
 from ..describe.words import VARIABLES as SPOKEN
 from ..diagnosis import Diagnosis
 from ..listed import listed

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.signal import welch
 
-from ..diagnosis import Diagnosis, FloatArray
+from ...arrays import FloatArray
+from ..diagnosis import Diagnosis
 from . import quantities as q
 from . import words
 from .decimate import quantiles_over

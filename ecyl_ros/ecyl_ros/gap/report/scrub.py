@@ -14,11 +14,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ...arrays import FloatArray
 from ...recording.atomic import replacing
 from ...recording.messages import typestore
 from ...recording.topics import TopicSpec
 from ...recording.writer import RecordingWriter
-from ..diagnosis import Diagnosis, FloatArray
+from ..diagnosis import Diagnosis
 from . import quantities, words
 from .verdict import sentence
 

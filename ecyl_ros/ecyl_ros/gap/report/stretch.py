@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..diagnosis import BoolArray, Diagnosis, FloatArray
+from ...arrays import BoolArray, FloatArray
+from ..diagnosis import Diagnosis
 from . import quantities as q
 from . import words
 from .markup import figure, typeset

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..diagnosis import FloatArray
+from ...arrays import FloatArray
 from .decimate import envelope
 
 WIDTH = 420

@@ -8,11 +8,12 @@ from collections.abc import Collection, Sequence
 
 import numpy as np
 
+from ...arrays import FloatArray
 from ...drive.rigid.effects_file import as_file, numbered
 from ...drive.rigid.machine import Machine
 from ...effects.catalogue import CATALOGUE
 from ...recording.signals import Recording
-from ..diagnosis import Candidate, Cause, Diagnosis, FittedParameter, FloatArray, Series, SignalGap
+from ..diagnosis import Candidate, Cause, Diagnosis, FittedParameter, Series, SignalGap
 from ..judge.verdict import ranked
 from ..limits.rigid import rigid_limits
 from .closest import closest

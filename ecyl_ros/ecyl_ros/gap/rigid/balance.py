@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import lsq_linear
 
+from ...arrays import BoolArray, FloatArray
 from ...drive.rigid.model import Model
 from ...effects.term import Term
-from ..diagnosis import BoolArray, FloatArray
 from ..fit.robust import robust_squares, robust_weights
 from ..sheet import EVIDENCE_PER_S
 from ..split import STRETCH_S

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 from scipy.signal import butter, sosfiltfilt, welch
 
+from ...arrays import BoolArray, FloatArray
 from ...drive.rigid.machine import Machine
-from ..diagnosis import BoolArray, FloatArray
 
 ORDER = 4  # of the low-passes, run forwards and backwards
 DERIVATIVE = 2.5  # cutoff before differentiating, over the bandwidth

@@ -8,9 +8,9 @@ from functools import cached_property
 
 import numpy as np
 
+from ...arrays import BoolArray
 from ...effects.catalogue import EFFECTS
 from ...effects.term import Term
-from ..diagnosis import BoolArray
 from ..judge.verdict import RARER
 from .balance import beside
 from .contest import Contest

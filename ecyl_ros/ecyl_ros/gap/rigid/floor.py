@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from ..diagnosis import BoolArray, FloatArray
+from ...arrays import BoolArray, FloatArray
 from ..fit.robust import typical_rms
 from .balance import Balance
 from .solution import Solution

@@ -7,10 +7,10 @@ import math
 import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 
+from ...arrays import BoolArray, FloatArray
 from ...errors import InputError
 from ...recording.runs import runs_of
 from ...recording.signals import Recording
-from ..diagnosis import BoolArray, FloatArray
 
 _HUGE = 1e12  # in SI: larger values are no measurement
 _LONGEST_GAP = 5  # missing samples in a row that are bridged

@@ -17,10 +17,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
+from ...arrays import FloatArray
 from ...drive.rigid.machine import Machine
 from ...errors import InputError
 from ...recording.signals import Recording
-from ..diagnosis import FloatArray
 from ..split import STRETCH_S
 from .balance import MOST_STRETCHES
 from .band import low_passed

@@ -9,11 +9,12 @@ from functools import cached_property
 
 import numpy as np
 
+from ...arrays import FloatArray
 from ...effects import constant_load
 from ...effects.along import UNMODELLED
 from ...effects.catalogue import EFFECTS, RIGID
 from ...effects.term import Interval, Term
-from ..diagnosis import Cause, FittedParameter, FloatArray
+from ..diagnosis import Cause, FittedParameter
 from ..judge.verdict import (
     HELPS,
     NAMED,

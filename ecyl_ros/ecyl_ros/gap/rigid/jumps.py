@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ..diagnosis import BoolArray, FloatArray
+from ...arrays import BoolArray, FloatArray
 from .motion import Motion, settling
 
 _WITHIN = 2  # samples: a jump between two stamps, put on even ones, takes as many

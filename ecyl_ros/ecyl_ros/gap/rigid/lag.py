@@ -10,10 +10,10 @@ import math
 
 import numpy as np
 
+from ...arrays import BoolArray, FloatArray
 from ...effects import actuation_delay
 from ...effects.actuation_delay import LAG, LATE
 from ...effects.along import Along
-from ..diagnosis import BoolArray, FloatArray
 from .balance import beside
 from .motion import Motion
 from .solution import Solution

@@ -6,6 +6,7 @@ from collections.abc import Collection, Sequence
 
 import numpy as np
 
+from ...arrays import BoolArray, FloatArray
 from ...effects import direction_dependent_friction as by_direction
 from ...effects import load_coulomb_friction as coulomb
 from ...effects import load_inertia_error as inertia
@@ -13,7 +14,7 @@ from ...effects import load_viscous_friction as viscous
 from ...effects.along import Along
 from ...effects.catalogue import RIGID
 from ...effects.term import Interval, Term
-from ..diagnosis import BoolArray, FloatArray, Measured
+from ..diagnosis import Measured
 from .balance import Balance
 from .beside import shown, with_more
 from .gain_scale import GainScale

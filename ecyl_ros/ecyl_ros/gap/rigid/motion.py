@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 from scipy.signal import butter, sosfiltfilt
 
+from ...arrays import FloatArray
 from ...drive.rigid.course import Course
 from ...drive.rigid.loop import asked_along
 from ...drive.rigid.machine import EFFORTS, Machine
@@ -25,7 +26,6 @@ from ...drive.rigid.units import own_effort
 from ...errors import InputError
 from ...recording.map import in_map
 from ...recording.signals import FOREIGN_SIGNALS, SIGNALS, Recording
-from ..diagnosis import FloatArray
 from .band import (
     DERIVATIVE,
     ORDER,

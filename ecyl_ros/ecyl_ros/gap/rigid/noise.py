@@ -8,10 +8,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from ...arrays import FloatArray
 from ...drive.rigid.loop import gains_of
 from ...drive.rigid.machine import Machine
 from ...effects.along import UNMODELLED
-from ..diagnosis import FloatArray
 from .balance import Blur
 from .band import DERIVATIVE, ORDER, slope_gain
 from .grid import bridged, eroded

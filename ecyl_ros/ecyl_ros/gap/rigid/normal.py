@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.optimize import lsq_linear, nnls
 
-from ..diagnosis import FloatArray
+from ...arrays import FloatArray
 
 MOST_BLUR = 0.5  # of what is known of the acceleration that noise may have brought
 

@@ -13,13 +13,13 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...arrays import BoolArray, FloatArray
 from ...drive.rigid.machine import KEYS
 from ...effects import actuation_delay
 from ...effects.apart import apart
 from ...effects.catalogue import RIGID, rigid_forms
 from ...effects.term import Term
 from ..compete.strain import STRAINED, UNSEEN
-from ..diagnosis import BoolArray, FloatArray
 from ..inverse import inverse_of
 from .balance import ROUNDS, Balance
 from .mode import MODE, largest, mode

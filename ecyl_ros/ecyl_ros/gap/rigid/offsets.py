@@ -8,10 +8,10 @@ from itertools import pairwise
 
 import numpy as np
 
+from ...arrays import FloatArray
 from ...effects.along import Along
 from ...effects.term import Term
 from ...recording.runs import runs_of
-from ..diagnosis import FloatArray
 from .balance import Balance
 from .motion import Motion, settling
 from .rest import moving

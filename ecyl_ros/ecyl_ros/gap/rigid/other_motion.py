@@ -8,11 +8,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ...arrays import BoolArray, FloatArray
 from ...drive.rigid.machine import Machine
 from ...recording.map import in_map
 from ...recording.runs import runs_of
 from ...recording.signals import Recording
-from ..diagnosis import BoolArray, FloatArray
 
 _ALIKE = 0.9  # of the squared correlation: two that tell of one motion
 _OFF = 0.05  # from each other: more than filters and a late sample make

@@ -15,7 +15,7 @@ from collections.abc import Collection, Iterator
 import numpy as np
 from scipy.optimize import brentq
 
-from ..diagnosis import FloatArray
+from ...arrays import FloatArray
 from .null import Null
 from .solution import Solution
 

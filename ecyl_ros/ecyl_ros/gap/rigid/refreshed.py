@@ -9,8 +9,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from ...arrays import FloatArray
 from ...recording.held import EQUAL, FEWEST, SLOW, held
-from ..diagnosis import FloatArray
 
 _REGULAR = 0.6  # share of the values that last as long as usual
 _OLD = 0.5  # share of the rows, while the position goes on, that repeat the one before

@@ -17,11 +17,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...arrays import FloatArray
 from ...drive.law import Law
 from ...drive.rigid.driven import Driven, Pieces, by_effort, by_loop, pieces
 from ...drive.rigid.machine import Machine
 from ...drive.rigid.packed import model_of
-from ..diagnosis import FloatArray, Measured, SignalGap
+from ..diagnosis import Measured, SignalGap
 from ..report import quantities as q
 from .balance import Balance
 from .closest import closest

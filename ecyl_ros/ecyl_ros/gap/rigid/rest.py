@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from scipy.ndimage import binary_dilation, maximum_filter1d, minimum_filter1d
 
+from ...arrays import BoolArray
 from ...effects.along import Along
 from ...recording.runs import runs_of
-from ..diagnosis import BoolArray
 from .motion import Motion
 
 _SLOW = 0.02  # of the top speed: slower than that, for long and without getting anywhere, is rest

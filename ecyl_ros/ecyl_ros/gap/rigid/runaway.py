@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..diagnosis import BoolArray, FloatArray
+from ...arrays import BoolArray, FloatArray
 from .replay import Replay
 
 _MOTION = ("position", "speed")

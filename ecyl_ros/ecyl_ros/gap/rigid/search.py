@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from scipy.fft import next_fast_len
 from scipy.signal import find_peaks
 
+from ...arrays import BoolArray, FloatArray
 from ...effects.along import Along
 from ...effects.term import Left, Term
-from ..diagnosis import BoolArray, FloatArray
 from .balance import Balance
 from .floor import Pairs, coherence, less_line, pairs
 from .lag import delay_of

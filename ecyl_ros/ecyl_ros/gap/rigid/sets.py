@@ -8,11 +8,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...arrays import FloatArray
 from ...effects import constant_load
 from ...effects.catalogue import RIGID
 from ...effects.term import Left, Term
 from ..compete.strain import STRAINED
-from ..diagnosis import FloatArray
 from .expected import log_odds
 from .floor import pairs
 from .null import Null

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...arrays import BoolArray, FloatArray
 from ...drive.rigid.model import Model
 from ...effects.actuation_delay import LAG
 from ...effects.term import Term
-from ..diagnosis import BoolArray, FloatArray
 from .mode import MODE
 
 # Of the structure that is left, along one effect: what the set could not take is shaped otherwise.

@@ -9,6 +9,7 @@ from collections.abc import Collection, Sequence
 
 import numpy as np
 
+from ...arrays import FloatArray
 from ...drive.rigid.law import asked
 from ...drive.rigid.machine import KEYS, Machine
 from ...drive.rigid.packed import model_of
@@ -25,7 +26,6 @@ from ...effects.along import Along
 from ...effects.apart import apart
 from ...effects.catalogue import RIGID, rigid_forms
 from ...effects.term import Left, Term
-from ..diagnosis import FloatArray
 from .motion import Motion
 
 _ROUNDS = 4  # a ripple's share of itself: a third of a third of a third is below any floor

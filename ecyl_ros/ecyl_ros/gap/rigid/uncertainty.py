@@ -8,10 +8,10 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.stats import t as student
 
+from ...arrays import BoolArray, FloatArray
 from ...drive.rigid.model import Model
 from ...effects.along import UNMODELLED
 from ...effects.term import Interval, Parameters, Term
-from ..diagnosis import BoolArray, FloatArray
 from .balance import Balance
 from .normal import MOST_BLUR, freed
 from .solution import Solution

@@ -7,12 +7,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ...arrays import FloatArray
 from ...effects import constant_load
 from ...effects.actuation_delay import SAMPLING
 from ...effects.along import Along
 from ...effects.catalogue import RIGID
 from ...effects.term import Fitted, Interval, Term
-from ..diagnosis import FloatArray
 from .balance import Balance, beside
 from .floor import white_part
 from .sheet import sheet_value, within

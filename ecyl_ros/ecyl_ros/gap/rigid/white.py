@@ -12,8 +12,8 @@ import numpy as np
 from scipy.signal import detrend, get_window
 from scipy.stats import chi2, norm
 
+from ...arrays import BoolArray, FloatArray
 from ...recording.runs import runs_of
-from ..diagnosis import BoolArray, FloatArray
 
 _SEGMENT = 256  # samples of one spectrum, where as many are usable in a row
 _SHORTEST = 16

@@ -14,6 +14,7 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 
 import numpy as np
 
+from ...arrays import BoolArray, FloatArray
 from ...drive.parameters import DriveParameters
 from ...drive.stability import check_stability
 from ...recording.signals import Recording
@@ -25,7 +26,7 @@ from ..fit.stages import FINE
 from ..judge.verdict import shrink_of
 from ..limits.cylinder import limits_of
 from ..locate.locate import pooled
-from ..replay.replay import SIGNALS, BoolArray, FloatArray, Replay
+from ..replay.replay import SIGNALS, Replay
 from ..sheet import Sheet
 from .alone import STEPS, Alone, joined
 from .checks import check_signals, marked_alone

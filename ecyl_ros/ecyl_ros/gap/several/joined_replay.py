@@ -15,12 +15,13 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from scipy.optimize import minimize_scalar
 
+from ...arrays import BoolArray, FloatArray
 from ...drive.law import Law
 from ...drive.tolerances import constants_of
 from ...effects.catalogue import CATALOGUE
 from ..fit.coordinate import PHASE, phase_in
 from ..fit.robust import cost
-from ..replay.replay import NOMINAL, BoolArray, Constants, Effects, FloatArray, Replay
+from ..replay.replay import NOMINAL, Constants, Effects, Replay
 
 _SAME_RATE = 1.01  # rates nearer to each other than this count as one
 _PHASES = 8  # that are tried all round

@@ -16,13 +16,14 @@ from collections.abc import Callable, Collection, Sequence
 
 import numpy as np
 
+from ...arrays import BoolArray
 from ...drive.rigid.machine import Machine
 from ...effects.apart import apart
 from ...effects.catalogue import RIGID
 from ...effects.term import Term
 from ...errors import InputError
 from ...recording.signals import Recording
-from ..diagnosis import BoolArray, Diagnosis
+from ..diagnosis import Diagnosis
 from ..judge.verdict import shrink_of
 from ..rigid.assemble import assembled
 from ..rigid.diagnose import check_motion, effort_changes, inertia_of, judged

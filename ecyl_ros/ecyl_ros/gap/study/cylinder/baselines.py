@@ -11,17 +11,16 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import least_squares
 from scipy.stats import t as student
 
+from ....arrays import FloatArray
 from ....drive.engine import VOLTAGE, simulate
 from ....drive.parameters import DriveParameters, SensorParameters
 from ....drive.reference.recorded import Recorded
 from ....recording.signals import Recording
 from .machine import noise_floor
 
-FloatArray = NDArray[np.float64]
 Baseline = Callable[[Recording, DriveParameters], list[str]]
 
 # Every physical number of the nominal model, with the effect that its being wrong is called.

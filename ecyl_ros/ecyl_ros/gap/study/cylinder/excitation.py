@@ -9,9 +9,9 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from ....arrays import FloatArray
+
 Motion = tuple[FloatArray, FloatArray]  # position m, velocity m/s, on the ticks of one block
 
 PEAK_OF_MOVE = 1.875  # peak over mean velocity of the quintic move

@@ -7,17 +7,15 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.signal import lfilter
 
+from ....arrays import FloatArray
 from ....drive.loop_noise import speed_feedback_noise
 from ....drive.parameters import DriveParameters
 from ....recording.signals import Recording
 from . import equations
 from .nuisances import Nuisances
 from .physics import Physics
-
-FloatArray = NDArray[np.float64]
 
 ENCODER_RAD = 2.0 * math.pi / 2**20
 SCALE_M = 1e-7

@@ -10,11 +10,12 @@ from typing import Any
 
 import numpy as np
 
+from ....arrays import FloatArray
 from ....drive.drive_file import drive_to_flat
 from ....drive.parameters import DriveParameters
 from ....errors import InputError
 from .effects import EFFECTS
-from .excitation import FloatArray, draw_reference
+from .excitation import draw_reference
 from .imposed import Scale, Values
 from .machine import Run, noise_floor, record_machine, run_machine
 from .nuisances import Nuisances, add_nuisances, steps_of

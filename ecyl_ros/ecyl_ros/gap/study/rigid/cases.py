@@ -10,10 +10,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ....arrays import FloatArray
 from ....effects.actuation_delay import LATE
 from ....errors import InputError
 from ....recording.signals import Recording
-from ...diagnosis import FloatArray
 from ...judge.verdict import NO_GAP_RATIO
 from ..case import STRUCTURE, Case
 from .drawn import Drawn, draw_drive, moved_anew

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from ...diagnosis import FloatArray
+from ....arrays import FloatArray
 from .equations import STEP_S, Truth
 
 

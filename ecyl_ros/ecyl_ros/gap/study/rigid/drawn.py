@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ....arrays import FloatArray
 from ....drive.rigid.machine import EFFORTS, Machine
-from ...diagnosis import FloatArray
 from .equations import STEP_S, Truth
 from .faults import Size
 from .logger import Logger, draw_logger

@@ -14,8 +14,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ....arrays import FloatArray
 from ....drive.compiled import kernel
-from ...diagnosis import FloatArray
 
 STEP_S = 5e-5
 NONE = (0.0, 0.0, 0.0)  # of what has three numbers

@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.signal import butter, sosfiltfilt
 
-from ...diagnosis import FloatArray
+from ....arrays import FloatArray
 from .demand import demand
 from .drawn import Drawn
 from .equations import Truth

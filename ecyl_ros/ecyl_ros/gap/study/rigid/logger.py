@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from ....arrays import FloatArray
 from ....recording.signals import Recording
-from ...diagnosis import FloatArray
 from .motion import LOOP_HZ
 
 RATES_HZ = (50.0, 100.0, 125.0, 200.0, 250.0, 500.0, 1000.0)

@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from ...diagnosis import FloatArray
+from ....arrays import FloatArray
 
 DURATION_S = 30.0
 LOOP_HZ = 1000.0

@@ -12,7 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ...diagnosis import FloatArray
+from ....arrays import FloatArray
 from .drawn import Drawn
 from .motion import LOOP_HZ
 

@@ -9,12 +9,11 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from ....arrays import FloatArray
 from ..case import Case, Values
 from ..cylinder.stage import hidden_phases
 
-FloatArray = npt.NDArray[np.float64]
 Places = Mapping[str, FloatArray]
 WITHIN = 0.1  # of the curve's RMS over what was visited
 REPEATED = 1.5  # turns from which a recording tells an angle from a position
