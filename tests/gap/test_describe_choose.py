@@ -10,8 +10,9 @@ from guess_samples import guess
 
 from ecyl_ros.gap.describe.chance import LEVEL
 from ecyl_ros.gap.describe.choose import Choice, standing
-from ecyl_ros.gap.describe.describe import _Candidate, _in_order
+from ecyl_ros.gap.describe.describe import _by_chance, _Candidate, _in_order
 from ecyl_ros.gap.describe.missing import TORQUE, VOLTAGE
+from ecyl_ros.gap.split import STRETCH_S, stretch_of
 
 
 def test_the_smaller_set_stands_unless_the_larger_predicts_better_stretch_by_stretch():
@@ -85,3 +86,28 @@ def test_ports_that_account_for_most_do_not_crowd_out_what_begins_nearest():
         ("rotor_torque", "time"),
         ("load_torque", "heat", "time"),
     ]
+
+
+def test_what_rattling_flanks_hide_in_the_loop_the_balance_tells():
+    """A law that leaves more in the loop of every other stretch is not by chance where its balance
+    shows it in all of them, and is where the balance does not."""
+    none: Any = None
+    time_s = np.arange(0.0, 16.0 * STRETCH_S, 0.025 * STRETCH_S)
+    all_rows = np.ones(len(time_s), dtype=bool)
+    fitter: Any = SimpleNamespace(
+        rows=all_rows, held=~all_rows, perfect=1.0, replay=SimpleNamespace(time_s=time_s)
+    )
+    gap = 3.0 * np.random.default_rng(7).standard_normal((1, len(time_s)))
+    null: Any = SimpleNamespace(gap=gap)
+    played: Any = SimpleNamespace(unseen=np.where(stretch_of(time_s) % 2, 2.0, 0.5) * gap)
+
+    def chance(after: float) -> float:
+        sheet, law = (
+            guess(of, np.full(16, one), 9.0) for of, one in (((), 400.0), (("time",), after))
+        )
+        choice = Choice(law, (sheet,), sheet.found)
+        chosen = _Candidate(law, "rotor_torque", choice, none, none)
+        return _by_chance(fitter, null, played, chosen, [chosen])
+
+    assert chance(40.0) < LEVEL
+    assert chance(400.0) > LEVEL

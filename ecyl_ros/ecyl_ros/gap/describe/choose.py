@@ -79,6 +79,11 @@ class Choice:
             return False  # or nothing is missing
         return self.by_chance(guess) <= LEVEL
 
+    @property
+    def sets(self) -> int:
+        """How many sets of variables were looked at."""
+        return len({(one.kind, one.of) for one in (self.best, *self.rivals)})
+
     def by_chance(self, guess: Guess, sets: int = 1) -> float:
         """The probability of as good a prediction by a law without connection to what is missing.
 

@@ -125,8 +125,7 @@ def describe(
         return None
     if any(_as_near(one, played, fitter) for one in _named(competition)):
         return None
-    sets = {(one.guess.kind, one.guess.of) for one in candidates}
-    chance = _by_chance(fitter, null, played, len(sets) + chosen.guess.looked_at)
+    chance = _by_chance(fitter, null, played, chosen, candidates)
     if chance > LEVEL:
         return None
     return Described(_described(fitter, competition, played, chosen, motion, chance, alike), played)
@@ -282,8 +281,24 @@ def _helps(fitter: Fitter, played: Played, null: Fit) -> bool:
     return before - after >= HELPS * (before - white)
 
 
-def _by_chance(fitter: Fitter, null: Fit, played: Played, sets: int) -> float:
-    """The probability of as little a gap by a law without connection to what is missing."""
+def _by_chance(
+    fitter: Fitter, null: Fit, played: Played, chosen: _Candidate, candidates: list[_Candidate]
+) -> float:
+    """The probability of as little a gap, or of as little in its balance, by a law without
+    connection to what is missing.
+
+    Either tells, at half the level. The loop's gap holds all that the law does; where flanks
+    rattle, blows that come early or late hide it there, and in the balance they count for little.
+    """
+    guess, orders = chosen.guess, chosen.guess.looked_at
+    went_on = {(one.guess.kind, one.guess.of) for one in candidates}
+    in_loop = _chance_in_loop(fitter, null, played, len(went_on) + orders)
+    tried = sum(one.sets for one in {one.choice for one in candidates})
+    return min(1.0, 2.0 * min(in_loop, chosen.choice.by_chance(guess, tried + orders)))
+
+
+def _chance_in_loop(fitter: Fitter, null: Fit, played: Played, sets: int) -> float:
+    """The probability of as little a gap in closed loop; sets: of variables that went on."""
     usable = fitter.rows | fitter.held
     missing, left = (
         np.sign(gap[:, usable]) * np.sqrt(robust_squares(gap[:, usable]))

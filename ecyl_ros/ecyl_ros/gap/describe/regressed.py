@@ -68,8 +68,7 @@ def _larger_than_its_band(looked: Balance, choice: Choice) -> bool:
 
 def _by_chance(choice: Choice) -> float:
     """See `Choice.by_chance`: of the best law, over all that were tried."""
-    sets = {(one.kind, one.of) for one in (choice.best, *choice.rivals)}
-    return choice.by_chance(choice.best, len(sets) + choice.best.looked_at)
+    return choice.by_chance(choice.best, choice.sets + choice.best.looked_at)
 
 
 def described(
