@@ -175,7 +175,7 @@ def _in_loop(
             ahead = min(played.fitted for played, _ in roughly(number + 1, _AHEAD))
             if near > CLOSE * ahead:
                 continue
-        if found is None or near < found[0].fitted:
+        if found is None or near < CLOSE * found[0].fitted:
             both = [nearest, *_predicting_better(roughly(number), *nearest)]
             closely = side_by_side(lambda one: _closely(fitter, *one), both)
             playing, (rough, chosen) = min(
