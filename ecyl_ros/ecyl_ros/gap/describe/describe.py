@@ -151,8 +151,9 @@ def _in_loop(
     """The law that brings the replay nearest, and the ports that it comes as near at.
 
     candidates: the most promising first. Laws of few variables go first; more have to earn it, as a
-    further effect has to, on fitted and on held-out stretches. Where laws of one variable more come
-    so much nearer that finer fits of the fewer could not put them first, those are left out.
+    further effect has to, on fitted and on held-out stretches. They are fitted to the end where
+    they come nearer already, or stand in their balance. Where laws of one variable more come so
+    much nearer that finer fits of the fewer could not put them first, those are left out.
     """
     sizes = sorted({len(one.guess.of) for one in candidates})
     known: dict[_Candidate, Played] = {}
@@ -175,7 +176,7 @@ def _in_loop(
             ahead = min(played.fitted for played, _ in roughly(number + 1, _AHEAD))
             if near > CLOSE * ahead:
                 continue
-        if found is None or near < CLOSE * found[0].fitted:
+        if found is None or near < found[0].fitted or _stands(roughly(number), found[0]):
             both = [nearest, *_predicting_better(roughly(number), *nearest)]
             closely = side_by_side(lambda one: _closely(fitter, *one), both)
             playing, (rough, chosen) = min(
@@ -189,6 +190,14 @@ def _in_loop(
             break  # more variables are not needed
     assert found is not None  # laws of the most variables are never left out
     return found
+
+
+def _stands(roughly: list[tuple[Played, _Candidate]], found: Played) -> bool:
+    """Whether a law that stands in its balance is among them, and finer fits may put it first."""
+    return any(
+        one.guess.of == one.choice.best.of and played.fitted < CLOSE * found.fitted
+        for played, one in roughly
+    )
 
 
 def _predicting_better(
