@@ -16,5 +16,5 @@ def guess(of: tuple[str, ...], errors: np.ndarray, freedom: float) -> Guess:
     block = np.repeat(np.arange(len(errors)), 40)
     left = np.random.default_rng(3).choice([-1.0, 1.0], block.size) * np.sqrt(errors / 40)[block]
     made = Regression(errors, count, none, none, 1.0, freedom, 0.0, np.zeros((0, 0)), left, block)
-    axes = tuple(Axis.over(one, np.array([0.0, 1.0]), paired=len(of) > 1) for one in of)
+    axes = tuple(Axis.over(one, np.array([0.0, 1.0])) for one in of)
     return Guess("torque", of, axes, 0.0, made)

@@ -275,7 +275,7 @@ def test_prediction_finds_the_smoothness_that_the_truth_has():
     """A straight line is fitted with few degrees of freedom, a fast wave with many, both well."""
     rng = np.random.default_rng(3)
     x = rng.uniform(-1.0, 1.0, 800)
-    axis = (Axis.over("position", x, paired=False),)
+    axis = (Axis.over("position", x),)
     law, rough = columns(axis, [x], len(x)), roughness(axis)
     found = {}
     for name, drawn in (("line", 5.0 * x), ("wave", 5.0 * np.sin(15.0 * x))):
@@ -296,7 +296,7 @@ def test_a_law_beside_a_sheet_bent_by_tens_of_tolerances_predicts_nothing():
     rows = dataclasses.replace(bare, sheet=x[None], growth=np.zeros(1))
     found = []
     for values in (x, other):
-        axis = (Axis.over("position", values, paired=False),)
+        axis = (Axis.over("position", values),)
         found.append(regress(rows, columns(axis, [values], x.size), roughness(axis), 1.0))
     right, wrong = found
     assert np.abs(wrong.pulls).max() > 30.0  # it predicts, by its own figure
@@ -311,7 +311,7 @@ def test_a_straight_law_does_not_bend_the_constant_that_it_is_exchangeable_with(
     rows = dataclasses.replace(
         _rows(5.0 * x + rng.standard_normal(x.size), x.size), sheet=x[None], growth=np.zeros(1)
     )
-    axis = (Axis.over("speed", x, paired=False),)
+    axis = (Axis.over("speed", x),)
     found = regress(rows, columns(axis, [x], x.size), roughness(axis), 1.0)
     assert abs(found.pulls[0]) < 1e-3
     assert np.polyfit(axis[0].at, found.values, 1)[0] == pytest.approx(5.0, rel=0.05)
@@ -321,7 +321,7 @@ def test_noise_smaller_than_stated_makes_the_band_of_a_law_smaller():
     """A floor that holds what nobody could repeat is refuted by a law that predicts better."""
     rng = np.random.default_rng(8)
     x = rng.uniform(-1.0, 1.0, 800)
-    axis = (Axis.over("speed", x, paired=False),)
+    axis = (Axis.over("speed", x),)
     wide = {}
     for noise in (1.0, 0.1):
         rows = _rows(5.0 * x**2 + noise * rng.standard_normal(x.size), x.size)
@@ -341,7 +341,7 @@ def test_what_a_balance_leaves_does_not_shrink_torque_constant_and_inertia_toget
     of_current = of_inertia - 30.0 * speed + noise
     sheet = 0.04 * np.array([-of_inertia, of_current])
     bare = dataclasses.replace(_rows(of_inertia - of_current, 800), sheet=sheet)
-    axis = (Axis.over("speed", speed, paired=False),)
+    axis = (Axis.over("speed", speed),)
     law = columns(axis, [speed], speed.size)
     slope, pulls = {}, {}
     for name, growth in (("raw", np.zeros(2)), ("counted", np.array([0.0, 0.04]))):
@@ -357,7 +357,7 @@ def test_what_a_balance_leaves_does_not_shrink_torque_constant_and_inertia_toget
 def test_a_law_spans_all_that_was_visited():
     """Places reach the rarest value, where a law may be largest."""
     x = np.concatenate([np.zeros(5000), [-1.0, 2.0]])
-    at = Axis.over("current", x, paired=False).at
+    at = Axis.over("current", x).at
     assert (at[0], at[-1]) == (-1.0, 2.0)
 
 

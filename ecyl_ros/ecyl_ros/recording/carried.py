@@ -11,6 +11,7 @@ import numpy as np
 from scipy.integrate import trapezoid  # NumPy has it under two names
 
 from ..arrays import FloatArray, StampArray
+from ..typical import typical_rms
 
 _FEWEST = 20  # samples of speed over the stand
 _PARTS = 8  # of what runs on, that the offset is told from
@@ -40,7 +41,7 @@ def carried_way(
     if not offsets:
         return abs(way)
     offset = float(np.median(offsets))
-    spread = 1.4826 * float(np.median(np.abs(np.array(offsets) - offset)))
+    spread = typical_rms(np.array(offsets) - offset)
     return max(abs(way - offset * lasts) - _SURE * spread * lasts, 0.0)
 
 

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import FloatArray, StampArray
+from ..typical import typical_rms
 
 LOST = 1.5  # steps; a longer one means that samples are missing
 JUMP_NS = 1_000_000_000  # a stamp that goes back further is a clock that was set, not a disorder
@@ -225,7 +226,7 @@ class ClockMeter:
             slope = float(found.slope)
             start = float(found.intercept)
             left = offsets - start - slope * seconds
-            scatter = 1.4826 * float(np.median(np.abs(left)))
+            scatter = typical_rms(left)
             error = scatter / (float(np.std(seconds)) * math.sqrt(len(parts))) + 1e-12
         return ClockFit(origin, base / 1e9 + start, slope, error, delay)
 

@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from ..arrays import FloatArray
+from ..typical import typical_rms
 
 _WHITE = 0.6  # share of third differences that turn their sign; 0.77 where all is white noise
 
@@ -21,4 +22,4 @@ def white_noise(side: FloatArray) -> float:
     turns = third[1:] * third[:-1] < 0.0
     if third.size < 8 or not float(turns.mean()) > _WHITE:
         return 0.0
-    return 1.4826 * float(np.median(np.abs(third))) / math.sqrt(20.0)
+    return typical_rms(third) / math.sqrt(20.0)

@@ -16,6 +16,7 @@ import numpy as np
 
 from ...arrays import FloatArray
 from ...errors import InputError
+from ...typical import typical_rms
 from .edges import Edges
 from .loop import Loop
 
@@ -107,7 +108,7 @@ def _open(angle: FloatArray, torque: FloatArray, half: FloatArray) -> tuple[int,
     from scipy.ndimage import median_filter
 
     width = np.abs(median_filter(half, size=SMOOTHED, mode="nearest"))
-    scatter = 1.4826 * float(np.median(np.abs(half - np.median(half))))
+    scatter = typical_rms(half - np.median(half))
     middle = width.size // 2
     cuts = []
     for part in (width[:middle], width[middle:][::-1]):  # from the end inwards

@@ -13,7 +13,9 @@ from ..fit.fit import Fitter
 from ..fit.robust import misfit
 from ..judge.verdict import SEEN
 from ..locate.locate import by_signal, pooled
+from .chance import LEVEL
 from .describe import Described, as_fit, describe
+from .description import Description
 from .words import BLOCKS
 
 _FAR = 50.0  # tolerances: what is known no better is not known
@@ -29,7 +31,25 @@ def with_description(
     if diagnosis.verdict != "unexplained":
         return diagnosis
     found = describe(fitter, competition, tell)
-    return diagnosis if found is None else described(diagnosis, found, fitter)
+    if found is None:
+        return diagnosis
+    law = found.description
+    if law.chance > LEVEL:
+        return dataclasses.replace(diagnosis, notes=(_perhaps_by_chance(law), *diagnosis.notes))
+    return described(diagnosis, found, fitter)
+
+
+def _perhaps_by_chance(law: Description) -> str:
+    """What is said of a law that a recording of few independent parts cannot tell from chance."""
+    return (
+        f"closest law, not described: {law.words} removes {100.0 * law.shrink:.0f} % of the gap on "
+        f"held-out data, with a probability of {_percent(law.chance)} that this is by chance (at "
+        f"most {_percent(LEVEL)}); a longer recording could tell"
+    )
+
+
+def _percent(share: float) -> str:
+    return f"{float(f'{100.0 * share:.2g}'):g} %"
 
 
 def described(diagnosis: Diagnosis, found: Described, fitter: Fitter) -> Diagnosis:

@@ -3,11 +3,13 @@
 A law is linear in its table's values: along a motion each value is a column of a regression. Values
 are held together by a penalty on their second differences (P-splines, Eilers and Marx), whose
 weight the data choose, so that the number of places says nothing of how fast a law may change.
+A law of two variables may change faster along one than along the other: see `SORTS`.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -16,37 +18,62 @@ from ...drive.compiled import allocating
 from ...drive.law import PERIODS
 from ...effects.learned import places, segments
 
-# Places of the axis of a law of one variable, and of each of two.
-ALONE = {"position": 48, "rotor_angle": 48, "screw_angle": 48, "heat": 12, "direction": 2}
-_ALONE, PAIRED = 24, 10
-_PERIODIC_PAIRED = 12
+# Places of the axis of a law of one variable.
+_PLACES = {"position": 48, "rotor_angle": 48, "screw_angle": 48, "heat": 12}
+_OTHER_PLACES = 24
+_WAVE_PLACES = 12  # of one that repeats itself several times a turn
+
+
+class Sort(NamedTuple):
+    """How finely an axis is told.
+
+    places: of it; periodic: of one that goes round; 0 for as many as alone. weight: of its
+    roughness against that of the other axis.
+    """
+
+    places: int
+    periodic: int
+    weight: float
+
+    @property
+    def all_places(self) -> Sort:
+        """The same with as many places as alone."""
+        return Sort(0, 0, self.weight)
+
+
+ALONE = Sort(0, 0, 1.0)
+_EVENLY, _FAST, _SLOWLY = Sort(10, 12, 1.0), Sort(24, 24, 1.0 / 30.0), Sort(6, 8, 1.0)
+# Of a law's first variable and of its second; those that predict best are taken.
+SORTS = ((_EVENLY, _EVENLY), (_FAST, _SLOWLY), (_SLOWLY, _FAST))
 
 
 @dataclass(frozen=True, eq=False)
 class Axis:
-    """variable: its name. at: float64[k], the places. period: 0 for none."""
+    """variable: its name. at: float64[k], the places. period: 0 for none. weight: see `Sort`."""
 
     variable: str
     at: FloatArray
     period: float
+    weight: float = 1.0
 
     @classmethod
-    def over(cls, variable: str, visited: FloatArray, *, paired: bool, order: int = 1) -> Axis:
+    def over(cls, variable: str, visited: FloatArray, order: int = 1, sort: Sort = ALONE) -> Axis:
         """Even places over all that was visited: a law is often largest where few samples lie.
 
         order: how often a law of an angle repeats itself in a turn.
         """
         if variable == "direction":
-            return cls(variable, np.array([-1.0, 1.0]), 0.0)
+            return cls(variable, np.array([-1.0, 1.0]), 0.0, sort.weight)
+        alone = _PLACES.get(variable, _OTHER_PLACES)
         period = PERIODS.get(variable, 0.0) / order
         if period > 0.0:
-            count = _PERIODIC_PAIRED if paired or order > 1 else ALONE[variable]
-            return cls(variable, np.arange(count) * period / count, period)
-        count = PAIRED if paired else ALONE.get(variable, _ALONE)
+            count = _WAVE_PLACES if order > 1 else sort.periodic or alone
+            return cls(variable, np.arange(count) * period / count, period, sort.weight)
         low, high = float(visited.min()), float(visited.max())
         if not high > low:
             low, high = low - 0.5, low + 0.5
-        return cls(variable, np.linspace(low, high, count), 0.0)
+        places = np.linspace(low, high, sort.places or alone)
+        return cls(variable, places, 0.0, sort.weight)
 
     def columns(self, values: FloatArray) -> FloatArray:
         """What each place's value counts for along a variable: float64[k, n]."""
@@ -57,14 +84,14 @@ class Axis:
         """The penalty's matrix, float64[k, k]: second differences, of two places the first."""
         count = len(self.at)
         if count == 2:
-            return np.array([[1.0, -1.0], [-1.0, 1.0]])
+            return self.weight * np.array([[1.0, -1.0], [-1.0, 1.0]])
         eye = np.eye(count)
         if self.period > 0.0:
             second = np.roll(eye, 1, axis=0) - 2.0 * eye + np.roll(eye, -1, axis=0)
         else:
             second = np.diff(eye, 2, axis=0)
         # Of the same weight however many places there are.
-        found: FloatArray = second.T @ second * (count / 10.0) ** 3
+        found: FloatArray = second.T @ second * self.weight * (count / 10.0) ** 3
         return found
 
 

@@ -8,9 +8,10 @@ from dataclasses import replace
 import numpy as np
 
 from ...arrays import BoolArray, FloatArray
+from ...typical import typical_rms
 from ..fit.robust import LOSS_SCALE, robust_weights
 from ..sheet import EVIDENCE_PER_S
-from .axis import Axis, columns, roughness
+from .axis import ALONE, SORTS, Axis, Sort, columns, roughness
 from .guess import Guess, Trial
 from .missing import ROD, TORQUE, VOLTAGE, Missing
 from .motion import Motion
@@ -71,22 +72,38 @@ class Balance:
         """A law of some variables, regressed.
 
         level: mean square error to begin with. glimpse: the law is not put through the filter that
-            what it has to predict went through, and few degrees of smoothness are tried.
+            what it has to predict went through, few degrees of smoothness are tried, and of two
+            variables no sorts of axes.
         """
-        motion = self.motion
-        values = [motion.variable(one, trial.on_load, trial.heat_s) for one in trial.of]
-        paired = len(trial.of) > 1 and "direction" not in trial.of  # which has two places
-        axes = tuple(
-            Axis.over(name, one[self.visited], paired=paired, order=trial.order)
-            for name, one in zip(trial.of, values, strict=True)
-        )
-        law = self._columns(kind, axes, trial, filtered=not glimpse)
-        rough = roughness(axes)
+        sorts = SORTS if len(trial.of) == 2 else ((ALONE,) * len(trial.of),)
+        made = [self._axes(trial, one) for one in (sorts[:1] if glimpse else sorts)]
         if glimpse:
-            found = regress(self.data, law, rough, level, choices=SMOOTH[1::3], rounds=1)
-        else:
-            found = regress(self.data, law, rough, level)
+            return self._glimpsed(kind, trial, made[0], level, filtered=False)
+        if len(made) > 1:
+            glimpsed = [self._glimpsed(kind, trial, one, level, filtered=True) for one in made]
+            made = [min(glimpsed, key=lambda one: one.found.error).axes]
+        (axes,) = made
+        law = self._columns(kind, axes, trial, filtered=True)
+        found = regress(self.data, law, roughness(axes), level)
         return Guess(kind, trial.of, axes, trial.heat_s, found, trial.on_load)
+
+    def _glimpsed(
+        self, kind: str, trial: Trial, axes: tuple[Axis, ...], level: float, *, filtered: bool
+    ) -> Guess:
+        """A law of these axes, at few degrees of smoothness; filtered: see `guess`."""
+        law = self._columns(kind, axes, trial, filtered=filtered)
+        found = regress(self.data, law, roughness(axes), level, choices=SMOOTH[1::3], rounds=1)
+        return Guess(kind, trial.of, axes, trial.heat_s, found, trial.on_load)
+
+    def _axes(self, trial: Trial, sorts: Sequence[Sort]) -> tuple[Axis, ...]:
+        """Of a law's variables, over what was visited."""
+        if "direction" in trial.of:  # which has two places, and leaves the other all of its own
+            sorts = [one.all_places for one in sorts]
+        values = (self.motion.variable(one, trial.on_load, trial.heat_s) for one in trial.of)
+        return tuple(
+            Axis.over(name, one[self.visited], trial.order, sort)
+            for name, one, sort in zip(trial.of, values, sorts, strict=True)
+        )
 
     def design(self, guess: Guess) -> FloatArray:
         """What a law's values add to the rows, float64[k, m]."""
@@ -153,7 +170,7 @@ class Balance:
         """
         law = self.design(guess)
         left = self.data.target - guess.found.values @ law - guess.found.pulls @ self.data.sheet
-        scale = max(LOSS_SCALE * 1.4826 * float(np.median(np.abs(left))), LOSS_SCALE)
+        scale = max(LOSS_SCALE * typical_rms(left), LOSS_SCALE)
         self.data = replace(self.data, weight=robust_weights(left, scale))
 
     def alone(self) -> Regression:

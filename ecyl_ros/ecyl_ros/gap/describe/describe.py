@@ -31,7 +31,7 @@ from ..side_by_side import side_by_side
 from ..split import stretch_of
 from . import words
 from .balance import Balance, balances_of, driving
-from .chance import LEVEL, probability
+from .chance import probability
 from .choose import Choice, choose
 from .description import Course, Description, Resembled
 from .formula import formula
@@ -94,7 +94,9 @@ class Described:
 def describe(
     fitter: Fitter, competition: Competition, tell: Callable[[float], None]
 ) -> Described | None:
-    """The law that describes the gap; None where there is none, or none can be known.
+    """The law that comes nearest to the gap; None where none removes enough, or none can be known.
+
+    It may do so by chance: see `Description.chance` and `chance.LEVEL`.
 
     Args:
         fitter: of the recording. competition: in which nothing earned its place.
@@ -126,8 +128,6 @@ def describe(
     if any(_as_near(one, played, fitter) for one in _named(competition)):
         return None
     chance = _by_chance(fitter, null, played, chosen, candidates)
-    if chance > LEVEL:
-        return None
     return Described(_described(fitter, competition, played, chosen, motion, chance, alike), played)
 
 

@@ -17,7 +17,6 @@ from ...drive.compiled import called
 _LARGE = 1e100  # a product of squares is taken its logarithm of before it overflows
 _SMALL = 1e-9  # its logarithm differs from it by half of this share
 _EVERY = np.ones(0, dtype=bool)  # for a mask: every column counts
-_MEDIAN_SQUARE = 0.455  # of a standard normal variable
 LOSS_SCALE = 3.0  # in noise floors: beyond it a difference counts less than its square
 
 
@@ -74,11 +73,6 @@ def per_square(evidence: float, weight: FloatArray, residual: FloatArray) -> flo
 def cost(gap: FloatArray, rows: BoolArray) -> float:
     """Robust mean square of a gap (signals, n) over its noise floor on the rows chosen."""
     return _mean(gap, rows, LOSS_SCALE, len(gap) * int(np.count_nonzero(rows)))
-
-
-def typical_rms(values: FloatArray) -> float:
-    """RMS that the median of a normal distribution's square suggests; NaN is passed over."""
-    return float(np.sqrt(np.nanmedian(values**2) / _MEDIAN_SQUARE))
 
 
 def misfit(cost: float) -> float:

@@ -21,9 +21,10 @@ from scipy.optimize import minimize_scalar
 from ...arrays import FloatArray
 from ...drive.cascade import cascade_step, initial_cascade_state
 from ...drive.compiled import allocating
+from ...typical import typical_rms
 from ..compete.strain import STRAINED
 from ..diagnosis import PortCheck
-from ..fit.robust import robust_weights, typical_rms
+from ..fit.robust import robust_weights
 from ..replay.evidence import Smoother
 from ..replay.replay import Effects, Replay
 from ..sheet import PULL_PRICE, Sheet

@@ -14,9 +14,9 @@ import numpy as np
 from scipy.signal import welch
 
 from ...arrays import BoolArray, FloatArray
+from ...typical import typical_rms
 from ..diagnosis import ConditionShare, PortCheck, SignalGap
 from ..fit.fit import Fit
-from ..fit.robust import typical_rms
 from ..replay.evidence import Smoother, gather
 from ..replay.replay import Replay
 from .conditions import near_reversal, shares, strongest_lines, widened

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from ...arrays import FloatArray
 from ...drive.parameters import DriveParameters
 from ...recording.signals import Recording
+from ...typical import typical_rms
 
 _SHARE = 0.5  # of what a loop would make of the noise of i_d: less in u_d, and there is none
 _ROUNDED = 1e-6  # of u_d: by so much the same product may differ
@@ -32,8 +33,8 @@ def has_d_loop(recording: Recording, drive: DriveParameters) -> bool | None:
     if known.sum() < 3 or not turned[known].any():
         return None
     voltage, turned, read = voltage[known], turned[known], read[known]
-    beyond = _spread(voltage - _ratio(voltage, turned) * turned)
-    noise = _spread(np.diff(read, 2)) / math.sqrt(6.0)
+    beyond = typical_rms(voltage - _ratio(voltage, turned) * turned)
+    noise = typical_rms(np.diff(read, 2)) / math.sqrt(6.0)
     return beyond > max(
         _SHARE * drive.controller.current.kp * noise, _ROUNDED * float(np.std(voltage))
     )
@@ -47,11 +48,6 @@ def _ratio(voltage: FloatArray, turned: FloatArray) -> float:
     order = np.argsort(ratios)
     said = np.cumsum(weights[order])
     return float(ratios[order][np.searchsorted(said, 0.5 * said[-1])])
-
-
-def _spread(values: FloatArray) -> float:
-    """Standard deviation, by the median."""
-    return 1.4826 * float(np.median(np.abs(values)))
 
 
 def follows(read: FloatArray, left: FloatArray, usable: NDArray[np.bool_]) -> bool:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from ...drive.loop_noise import current_command_noise
 from ...drive.parameters import DriveParameters
 from ...recording.signals import Recording
+from ...typical import typical_rms
 
 # Where drive files state no noise and signals are coarse, the recording's own roughness gives it.
 _ROUGHNESS_ORDER = 3
@@ -27,7 +28,7 @@ def roughness(values: NDArray[np.float64]) -> float:
         return 0.0
     differences = np.diff(finite, _ROUGHNESS_ORDER)
     scale = math.sqrt(math.comb(2 * _ROUGHNESS_ORDER, _ROUGHNESS_ORDER))
-    return float(1.4826 * np.median(np.abs(differences)) / scale)
+    return typical_rms(differences) / scale
 
 
 def declared_noise(drive: DriveParameters) -> dict[str, float]:

@@ -14,6 +14,7 @@ from scipy.optimize import lsq_linear
 from ...arrays import BoolArray, FloatArray
 from ...drive.rigid.model import Model
 from ...effects.term import Term
+from ...typical import typical_rms
 from ..fit.robust import robust_squares, robust_weights
 from ..sheet import EVIDENCE_PER_S
 from ..split import STRETCH_S
@@ -293,5 +294,4 @@ def _scale(residual: FloatArray) -> float:
     """Robust standard deviation about zero."""
     if residual.size == 0:
         return 0.0
-    middle = 1.4826 * float(np.median(np.abs(residual)))
-    return max(middle, 1e-3 * float(np.sqrt(np.mean(residual**2))))
+    return max(typical_rms(residual), 1e-3 * float(np.sqrt(np.mean(residual**2))))

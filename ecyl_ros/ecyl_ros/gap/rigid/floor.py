@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from ...arrays import BoolArray, FloatArray
-from ..fit.robust import typical_rms
+from ...typical import typical_rms
 from .balance import Balance
 from .solution import Solution
 from .white import least_density

@@ -1,0 +1,18 @@
+"""How large values typically are, whatever a few of them do."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .arrays import FloatArray
+
+_PER_MEDIAN = 1.4826  # RMS of a normal distribution about zero over the median of its size
+
+
+def typical_rms(values: FloatArray) -> float:
+    """RMS about zero of a normal distribution whose size has the same median; NaN is passed over.
+
+    values: float64[...], one finite at the least.
+    """
+    sizes = np.abs(values)
+    return _PER_MEDIAN * float(np.median(sizes[~np.isnan(sizes)]))
