@@ -159,22 +159,25 @@ class _Stretches:
         sure: float,
         floor: float,
     ) -> None:
-        self._own = balance.by_stretch(response**2, rows)
-        self._across = balance.by_stretch(residual * response, rows)
+        own = balance.by_stretch(response**2, rows)
+        across = 2.0 * balance.by_stretch(residual * response, rows)
         self._left = float(np.mean(balance.by_stretch(residual**2, rows)))
         self._least, self._sure, self._floor = least, sure, floor
+        self._count, self._own = own.size, float(np.mean(own))
+        # Of what a size of 1 adds by its square and by itself; one stretch has no variance.
+        several = own.size > 1
+        self._covariance = np.cov(own, across) if several else np.zeros((2, 2))
 
     def seen(self, size: float) -> bool:
         """Whether it earns its place, with 95 %."""
-        added = size**2 * self._own + 2.0 * size * self._across
-        count = added.size
-        if count < 3:
+        if self._count < 3:
             return False
-        mean = size**2 * float(np.mean(self._own))
-        error = float(np.std(added, ddof=1)) / math.sqrt(count)
+        (own, both), (_, across) = self._covariance.tolist()
+        variance = size**4 * own + 2.0 * size**3 * both + size**2 * across
+        error = math.sqrt(max(variance, 0.0) / self._count)
         # By chance, noise stands with the effect or against it.
-        by_chance = 2.0 * size * float(np.std(self._across, ddof=1)) / math.sqrt(count)
-        sure = mean - _ONE_SIDED * by_chance
+        by_chance = size * math.sqrt(across / self._count)
+        sure = size**2 * self._own - _ONE_SIDED * by_chance
         before = self._left + sure
         surplus = max(before - self._floor**2, 0.5 * before, 1e-300)
         return (
