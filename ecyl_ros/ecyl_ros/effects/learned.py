@@ -8,8 +8,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from ..arrays import FloatArray
 from ..drive.compiled import called, kernel
 from ..drive.law import MOST_PLACES, MOST_VALUES, PORTS, VARIABLES, Law
 from ..drive.parameters import DriveParameters
@@ -86,7 +87,7 @@ def rate(law: Law, drive: DriveParameters) -> float:
     return fastest
 
 
-def segments(at: ArrayLike, period: float) -> NDArray[np.float64]:
+def segments(at: ArrayLike, period: float) -> FloatArray:
     """The cubics between the places of a table's axis, as `places` takes them.
 
     Args:

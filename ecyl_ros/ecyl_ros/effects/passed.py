@@ -4,10 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-import numpy as np
-from numpy.typing import NDArray
-
-from ..arrays import FloatArray
+from ..arrays import BoolArray, FloatArray
 
 
 @dataclass(frozen=True)
@@ -23,6 +20,6 @@ class Passed:
     step_s: float
     response: FloatArray
 
-    def at(self, rows: slice | NDArray[np.bool_]) -> Passed:
+    def at(self, rows: slice | BoolArray) -> Passed:
         """The same for some of the rows; `step_s` is still that of the filter."""
         return replace(self, speed=self.speed[rows])

@@ -15,9 +15,8 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..arrays import FloatArray
+from ..arrays import BoolArray, FloatArray
 from ..drive.coupling import free_widths
 from ..drive.parameters import DriveParameters, leaf_fields
 from ..drive.tolerances import ALL, EXACT, constants_of, half_widths
@@ -134,7 +133,7 @@ class Sheet:
         """
         return raised(cost, self.price(pulls) / self.evidence)
 
-    def free(self, effects: Collection[str]) -> NDArray[np.bool_]:
+    def free(self, effects: Collection[str]) -> BoolArray:
         """Constants that are fitted beside `effects`: none of these stands for them, bool[k]."""
         taken = {CATALOGUE[name].constant for name in effects}
         return np.array([key not in taken for key in self.keys], dtype=bool)

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
-from ..arrays import FloatArray, StampArray
+from ..arrays import BoolArray, FloatArray, StampArray
 from ..errors import InputError
 from .clocks import ClockFit, ClockMeter, longest_run, steadied
 from .held import fresh_rows
@@ -50,7 +50,7 @@ class Stream:
         """Median step; NaN with fewer than two samples."""
         return float(np.median(np.diff(self.stamps_ns))) if self.stamps_ns.size > 1 else math.nan
 
-    def keep(self, rows: NDArray[np.intp] | NDArray[np.bool_] | slice) -> None:
+    def keep(self, rows: NDArray[np.intp] | BoolArray | slice) -> None:
         """Only these rows."""
         self.stamps_ns = self.stamps_ns[rows]
         self.log_ns = None if self.log_ns is None else self.log_ns[rows]
@@ -326,7 +326,7 @@ def _on_grid(one: Stream, grid: StampArray, gap_s: float | None) -> dict[str, Fl
     return out
 
 
-def _even_with(grid: StampArray, stamps: StampArray, close: NDArray[np.bool_]) -> bool:
+def _even_with(grid: StampArray, stamps: StampArray, close: BoolArray) -> bool:
     """Whether nearly all stamps of a topic are the grid's own, so that it has their beat."""
     return int(close.sum()) >= 0.9 * min(grid.size, stamps.size) and stamps.size >= 0.5 * grid.size
 

@@ -25,7 +25,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arrays import FloatArray, StampArray
+from ..arrays import BoolArray, FloatArray, StampArray
 from .carried import carried_way
 from .names import PLACED, QUANTITY, words
 from .repeats import repeated_rows, worked_out
@@ -74,7 +74,7 @@ class Flaw:
     value: float = math.nan
     times: int = 1
 
-    def rows(self, values: FloatArray) -> NDArray[np.bool_] | slice:
+    def rows(self, values: FloatArray) -> BoolArray | slice:
         """Which of the rows of a field are meant."""
         if self.kind == SATURATED:
             return np.asarray(values == self.value)
@@ -298,7 +298,7 @@ def _smooth(values: FloatArray) -> bool:
     return bool(way > 0.5 * 2 * _NEAR * np.abs(np.diff(known)).sum() > 0.0)
 
 
-def _moving(values: FloatArray) -> NDArray[np.bool_]:
+def _moving(values: FloatArray) -> BoolArray:
     """Where a smooth signal goes at half its usual pace or faster."""
     out = np.zeros(values.size, dtype=bool)
     if values.size <= 4 * _NEAR:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..arrays import FloatArray
 from ..errors import InputError
 
 if TYPE_CHECKING:
@@ -18,8 +19,8 @@ STAMP, TIME = "stamp_ns", "time_s"
 
 def to_frame(
     stamp_ns: NDArray[np.int64],
-    time_s: NDArray[np.float64],
-    signals: Mapping[str, NDArray[np.float64]],
+    time_s: FloatArray,
+    signals: Mapping[str, FloatArray],
     resolution: Mapping[str, float],
     notes: Sequence[str],
 ) -> DataFrame:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arrays import StampArray
+from ..arrays import BoolArray, FloatArray, StampArray
 from ..errors import InputError
 from .headers import bare, told
 from .map import ISO, TimeColumn
@@ -123,7 +123,7 @@ class Instants:
     """
 
     stamps_ns: StampArray
-    known: NDArray[np.bool_]
+    known: BoolArray
     unit: str
     notes: tuple[str, ...] = ()
 
@@ -186,7 +186,7 @@ def instants(raw: NDArray[Any], column: TimeColumn, *, dated: bool, path: str) -
     return Instants(stamps, known, unit, tuple(notes))
 
 
-def _onward(values: NDArray[np.float64], period: float) -> NDArray[np.float64]:
+def _onward(values: FloatArray, period: float) -> FloatArray:
     """A clock made whole: it never goes back by more than a tenth of its period."""
     out = values.copy()
     at = np.flatnonzero(np.isfinite(values))
@@ -199,7 +199,7 @@ def _onward(values: NDArray[np.float64], period: float) -> NDArray[np.float64]:
     return out
 
 
-def zeros_at_the_end(raw: NDArray[Any], known: NDArray[np.bool_]) -> NDArray[np.bool_]:
+def zeros_at_the_end(raw: NDArray[Any], known: BoolArray) -> BoolArray:
     """Rows that a logger left empty: their time is 0 behind times above it."""
     out = np.zeros(raw.size, dtype=np.bool_)
     filled = np.flatnonzero(known & (raw != 0))

@@ -11,9 +11,8 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..arrays import FloatArray
+from ..arrays import BoolArray, FloatArray
 from .names import PLACED, words
 from .whiteness import white_noise
 
@@ -28,9 +27,7 @@ _STEPS = 3.0  # of the smallest kind, that noise has to be above
 _OF_ITSELF = 0.5  # of its steps beside others that stand still; noise that is seen makes nearly all
 
 
-def repeated_rows(
-    signals: Mapping[str, FloatArray], held: Collection[str] = ()
-) -> NDArray[np.bool_]:
+def repeated_rows(signals: Mapping[str, FloatArray], held: Collection[str] = ()) -> BoolArray:
     """bool[n], True where a logger repeats a row; of signals float64[n] by name.
 
     held: signals that may hold a value and leap (commands), and hence are no evidence.
@@ -58,14 +55,14 @@ def worked_out(signals: Mapping[str, FloatArray]) -> set[str]:
     return set(changing) - _of_themselves(changing, _rows(_standstills(changing), signals))
 
 
-def _rows(runs: Iterable[tuple[int, int]], signals: Mapping[str, FloatArray]) -> NDArray[np.bool_]:
+def _rows(runs: Iterable[tuple[int, int]], signals: Mapping[str, FloatArray]) -> BoolArray:
     out = np.zeros(next(iter(signals.values())).size if signals else 0, dtype=bool)
     for begin, end in runs:
         out[begin:end] = True
     return out
 
 
-def _same(signals: Iterable[FloatArray]) -> NDArray[np.bool_]:
+def _same(signals: Iterable[FloatArray]) -> BoolArray:
     """Where each value is the one before, bool[signals, n - 1]."""
     return np.array(
         [
@@ -92,7 +89,7 @@ def _standstills(signals: Mapping[str, FloatArray]) -> list[tuple[int, int]]:
     return [(int(a), int(a + n)) for a, n in zip(starts[long], lengths[long], strict=True)]
 
 
-def _of_themselves(signals: Mapping[str, FloatArray], still: NDArray[np.bool_]) -> set[str]:
+def _of_themselves(signals: Mapping[str, FloatArray], still: BoolArray) -> set[str]:
     """Names of the positions, and of what changes where all others stand still, or they never do.
 
     For two steps, for a controller that takes a difference looks back by one.

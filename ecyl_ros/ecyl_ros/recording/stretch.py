@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from ..arrays import FloatArray
 from ..errors import InputError
 from .map import SignalMap
 from .mapped import wanted_of
@@ -73,7 +74,7 @@ class _Bins:
         self.total = np.zeros(0)
         self.squares = np.zeros(0)
 
-    def take(self, index: NDArray[np.int64], values: NDArray[np.float64]) -> None:
+    def take(self, index: NDArray[np.int64], values: FloatArray) -> None:
         """Values and the bins they fall into."""
         good = np.isfinite(values)
         index, values = index[good], values[good]
@@ -206,12 +207,12 @@ def _chosen(
 
 def _scores(
     bins: dict[str, _Bins], starts: NDArray[np.int64], width: int, count: int
-) -> tuple[NDArray[np.float64], str]:
+) -> tuple[FloatArray, str]:
     ends = starts + width
 
-    def within(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    def within(values: FloatArray) -> FloatArray:
         summed = np.concatenate([[0.0], np.cumsum(values)])
-        parts: NDArray[np.float64] = summed[ends] - summed[starts]
+        parts: FloatArray = summed[ends] - summed[starts]
         return parts
 
     score = np.zeros(starts.size)
@@ -250,13 +251,13 @@ def _scores(
     return score, ", ".join(named) or "nothing"
 
 
-def _means(own: _Bins, count: int) -> NDArray[np.float64]:
+def _means(own: _Bins, count: int) -> FloatArray:
     held = np.pad(own.count[:count], (0, max(0, count - own.count.size)))
     total = np.pad(own.total[:count], (0, max(0, count - own.total.size)))
     known = np.flatnonzero(held)
     return np.interp(np.arange(count), known, total[known] / held[known])
 
 
-def _relative(values: NDArray[np.float64]) -> NDArray[np.float64]:
+def _relative(values: FloatArray) -> FloatArray:
     most = float(values.max(initial=0.0))
     return values / most if most > 0.0 else np.zeros(values.size)

@@ -9,9 +9,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..arrays import StampArray
+from ..arrays import BoolArray, FloatArray, StampArray
 from ..errors import InputError
 from .clocks import ClockFit, ClockMeter, StampFigures, StampMeter
 from .columns import Columns
@@ -229,7 +228,7 @@ class _Topic:
         self._health = HealthMeter(name, units)
         self.log, self.header, self.clock = StampMeter(), StampMeter(), ClockMeter()
         self.has_log = self.has_header = False
-        self.figures: dict[str, NDArray[np.float64]] = {}
+        self.figures: dict[str, FloatArray] = {}
 
     def take(self, part: Columns, instants_ns: StampArray | None = None) -> None:
         """The next samples; of a table with their instants."""
@@ -286,7 +285,7 @@ def _stamps_of(part: Columns) -> StampArray:
     return np.arange(len(part)) if part.log_time_ns is None else part.log_time_ns
 
 
-def _field(path: str, units: dict[str, str], figures: NDArray[np.float64]) -> FieldSurvey:
+def _field(path: str, units: dict[str, str], figures: FloatArray) -> FieldSurvey:
     from .kernels import COUNT, EQUAL, FIRST, MAXIMUM, MINIMUM, SQUARES, TOTAL, TRAVEL, TURNS
 
     count = int(figures[COUNT])
@@ -373,7 +372,7 @@ def survey(
     return Survey(str(path), source.kind, tuple(surveys), notes, clock.column, clock.remarks)
 
 
-def _chosen(part: Columns, rows: NDArray[np.bool_]) -> Columns:
+def _chosen(part: Columns, rows: BoolArray) -> Columns:
     return Columns(
         part.topic,
         part.type,

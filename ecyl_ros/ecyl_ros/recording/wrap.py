@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d
 
-from ..arrays import FloatArray
+from ..arrays import BoolArray, FloatArray
 
 TURN = "rev"
 _BITS = re.compile(r"(signed\s+)?(\d{1,2})\s*bits?$")
@@ -171,7 +171,7 @@ def find_wrap(values: NDArray[Any], unit: str = "") -> WrapFound | None:
     return None
 
 
-def _middle(known: FloatArray, period: float, low: float) -> NDArray[np.bool_]:
+def _middle(known: FloatArray, period: float, low: float) -> BoolArray:
     first = 0.0 if low >= -1e-3 * period else -0.5 * period
     return (known > first + 0.25 * period) & (known < first + 0.75 * period)
 

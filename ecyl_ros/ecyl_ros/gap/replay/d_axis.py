@@ -10,9 +10,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ...arrays import FloatArray
+from ...arrays import BoolArray, FloatArray
 from ...drive.parameters import DriveParameters
 from ...recording.signals import Recording
 from ...typical import typical_rms
@@ -50,7 +49,7 @@ def _ratio(voltage: FloatArray, turned: FloatArray) -> float:
     return float(ratios[order][np.searchsorted(said, 0.5 * said[-1])])
 
 
-def follows(read: FloatArray, left: FloatArray, usable: NDArray[np.bool_]) -> bool:
+def follows(read: FloatArray, left: FloatArray, usable: BoolArray) -> bool:
     """Whether a recorded i_d is nearer to what decoupling leaves, float64[n], than to nothing."""
     known = np.isfinite(read) & usable
     return bool(read[known] @ left[known] >= 0.5 * (left[known] @ left[known]))

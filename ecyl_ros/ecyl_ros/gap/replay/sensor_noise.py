@@ -6,8 +6,8 @@ import dataclasses
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...arrays import FloatArray
 from ...drive.loop_noise import current_command_noise
 from ...drive.parameters import DriveParameters
 from ...recording.signals import Recording
@@ -17,7 +17,7 @@ from ...typical import typical_rms
 _ROUGHNESS_ORDER = 3
 
 
-def roughness(values: NDArray[np.float64]) -> float:
+def roughness(values: FloatArray) -> float:
     """Standard deviation of the white noise in a sampled smooth signal.
 
     From third differences, by the median, so that neither smooth motion nor single impacts count;

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 from scipy.signal import butter, sosfiltfilt, welch
 
@@ -25,7 +24,7 @@ _QUIETER = 0.5  # times the noise of differences: below, the recorded speed is t
 _LAG = 0.02  # of the speed's spread that a recorded speed may be off beyond noise
 
 
-def low_passed(sos: NDArray[np.float64], values: FloatArray) -> FloatArray:
+def low_passed(sos: FloatArray, values: FloatArray) -> FloatArray:
     """Zero-phase; the straight line through the ends is set aside, so that turns add no step."""
     line = np.linspace(values[0], values[-1], values.size)
     made: FloatArray = sosfiltfilt(sos, values - line) + line

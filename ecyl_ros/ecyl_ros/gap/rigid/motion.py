@@ -86,8 +86,8 @@ class Motion(Course):
     refreshed_s: float = 0.0
     notes: tuple[str, ...] = ()
     caution: str = ""
-    _sos: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 6)))
-    _smoothing: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 6)))
+    _sos: FloatArray = field(default_factory=lambda: np.zeros((0, 6)))
+    _smoothing: FloatArray = field(default_factory=lambda: np.zeros((0, 6)))
 
     @property
     def rows(self) -> NDArray[np.int64]:
@@ -162,9 +162,9 @@ BY_DEFAULT = {
 
 
 @lru_cache(maxsize=32)
-def _weight(cutoff_hz: float, rate_hz: float) -> NDArray[np.float64]:
+def _weight(cutoff_hz: float, rate_hz: float) -> FloatArray:
     """The low-pass that compared efforts are weighed with; it is asked for at every column."""
-    sos: NDArray[np.float64] = butter(1, cutoff_hz, fs=rate_hz, output="sos")
+    sos: FloatArray = butter(1, cutoff_hz, fs=rate_hz, output="sos")
     return sos
 
 
