@@ -10,7 +10,7 @@ from guess_samples import guess
 
 from ecyl_ros.gap.describe.chance import LEVEL
 from ecyl_ros.gap.describe.choose import Choice, standing
-from ecyl_ros.gap.describe.describe import _by_chance, _Candidate, _in_order
+from ecyl_ros.gap.describe.describe import _at_other_ports, _by_chance, _Candidate, _in_order
 from ecyl_ros.gap.describe.missing import TORQUE, VOLTAGE
 from ecyl_ros.gap.split import STRETCH_S, stretch_of
 
@@ -111,3 +111,20 @@ def test_what_rattling_flanks_hide_in_the_loop_the_balance_tells():
 
     assert chance(40.0) < LEVEL
     assert chance(400.0) > LEVEL
+
+
+def test_a_law_that_leaves_more_than_noise_is_finished_at_the_other_ports_it_comes_near_at():
+    """A torque on the rotor that two steps take for one on the load goes on beside it; a law of
+    other variables does not, nor one that is far off."""
+    none: Any = None
+    of_current, of_speed = (guess((of,), np.ones(16), 9.0) for of in ("current", "speed"))
+    choice = Choice(of_current, (of_speed,), of_current.found)
+
+    def rough(law: Any, port: str, left: float) -> Any:
+        played: Any = SimpleNamespace(fitted=left)
+        return played, _Candidate(law, port, choice, none, none)
+
+    first = rough(of_current, "load_torque", 2.3)
+    near = rough(of_current, "rotor_torque", 2.4)
+    others = [rough(of_speed, "rotor_torque", 2.4), rough(of_current, "rotor_friction", 40.0)]
+    assert _at_other_ports([first, near, *others], *first) == [near]

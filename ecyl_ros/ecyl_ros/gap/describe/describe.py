@@ -152,8 +152,9 @@ def _in_loop(
 
     candidates: the most promising first. Laws of few variables go first; more have to earn it, as a
     further effect has to, on fitted and on held-out stretches. They are fitted to the end where
-    they come nearer already, or stand in their balance. Where laws of one variable more come so
-    much nearer that finer fits of the fewer could not put them first, those are left out.
+    they come nearer already, or stand in their balance; where that leaves more than noise, at every
+    port that they come near at. Where laws of one variable more come so much nearer that finer fits
+    of the fewer could not put them first, those are left out.
     """
     sizes = sorted({len(one.guess.of) for one in candidates})
     known: dict[_Candidate, Played] = {}
@@ -178,10 +179,11 @@ def _in_loop(
                 continue
         if found is None or near < found[0].fitted or _stands(roughly(number), found[0]):
             both = [nearest, *_predicting_better(roughly(number), *nearest)]
-            closely = side_by_side(lambda one: _closely(fitter, *one), both)
-            playing, (rough, chosen) = min(
-                zip(closely, both, strict=True), key=lambda one: one[0].best.judged
-            )
+            playing, rough, chosen = _finished(fitter, both)
+            if not at_noise(fitter, playing.best.judged):
+                moved = _at_other_ports(roughly(number), rough, chosen)
+                ends = [(playing, rough, chosen), *([_finished(fitter, moved)] if moved else [])]
+                playing, rough, chosen = min(ends, key=lambda one: one[0].best.judged)
             closer = playing.known()
             if found is None or earns(fitter, as_fit(closer), as_fit(found[0])):
                 found = (closer, chosen, _alike(roughly(number), rough, chosen))
@@ -219,6 +221,30 @@ def _predicting_better(
     own = [one for one in near if one[1].choice is first.choice and one[1].port == first.port]
     others = [one for one in near if one[1].choice is not first.choice]
     return [*own[:1], *others[:1]]
+
+
+def _at_other_ports(
+    roughly: list[tuple[Played, _Candidate]], nearest: Played, chosen: _Candidate
+) -> list[tuple[Played, _Candidate]]:
+    """The same law at other ports, where it comes near: a rough fit may take a torque on the rotor
+    for one on the load."""
+    return [
+        (played, one)
+        for played, one in roughly
+        if one.guess.of == chosen.guess.of
+        and one.choice is chosen.choice
+        and one.port != chosen.port
+        and played.fitted < CLOSE * nearest.fitted
+    ]
+
+
+def _finished(
+    fitter: Fitter, roughly: list[tuple[Played, _Candidate]]
+) -> tuple[Playing, Played, _Candidate]:
+    """Of laws, fitted to the end, the one that leaves least; it as it was fitted roughly, too."""
+    closely = side_by_side(lambda one: _closely(fitter, *one), roughly)
+    ends = ((end, *rough) for end, rough in zip(closely, roughly, strict=True))
+    return min(ends, key=lambda one: one[0].best.judged)
 
 
 def _closely(fitter: Fitter, nearest: Played, one: _Candidate) -> Playing:
