@@ -14,5 +14,4 @@ def typical_rms(values: FloatArray) -> float:
 
     values: float64[...], one finite at the least.
     """
-    sizes = np.abs(values)
-    return _PER_MEDIAN * float(np.median(sizes[~np.isnan(sizes)]))
+    return _PER_MEDIAN * float(np.nanmedian(np.abs(values)))

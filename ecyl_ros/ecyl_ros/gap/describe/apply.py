@@ -16,7 +16,7 @@ from ..locate.locate import by_signal, pooled
 from .chance import LEVEL
 from .describe import Described, as_fit, describe
 from .description import Description
-from .words import BLOCKS
+from .words import BLOCKS, closest
 
 _FAR = 50.0  # tolerances: what is known no better is not known
 
@@ -42,9 +42,9 @@ def with_description(
 def _perhaps_by_chance(law: Description) -> str:
     """What is said of a law that a recording of few independent parts cannot tell from chance."""
     return (
-        f"closest law, not described: {law.words} removes {100.0 * law.shrink:.0f} % of the gap on "
-        f"held-out data, with a probability of {_percent(law.chance)} that this is by chance (at "
-        f"most {_percent(LEVEL)}); a longer recording could tell"
+        f"{closest(law.words, law.shrink, 'the gap')}, with a probability of "
+        f"{_percent(law.chance)} that this is by chance (at most {_percent(LEVEL)}); a longer "
+        "recording could tell"
     )
 
 

@@ -76,23 +76,18 @@ class Balance:
             variables no sorts of axes.
         """
         sorts = SORTS if len(trial.of) == 2 else ((ALONE,) * len(trial.of),)
-        made = [self._axes(trial, one) for one in (sorts[:1] if glimpse else sorts)]
-        if glimpse:
-            return self._glimpsed(kind, trial, made[0], level, filtered=False)
-        if len(made) > 1:
-            glimpsed = [self._glimpsed(kind, trial, one, level, filtered=True) for one in made]
-            made = [min(glimpsed, key=lambda one: one.found.error).axes]
-        (axes,) = made
-        law = self._columns(kind, axes, trial, filtered=True)
-        found = regress(self.data, law, roughness(axes), level)
-        return Guess(kind, trial.of, axes, trial.heat_s, found, trial.on_load)
 
-    def _glimpsed(
-        self, kind: str, trial: Trial, axes: tuple[Axis, ...], level: float, *, filtered: bool
-    ) -> Guess:
-        """A law of these axes, at few degrees of smoothness; filtered: see `guess`."""
-        law = self._columns(kind, axes, trial, filtered=filtered)
-        found = regress(self.data, law, roughness(axes), level, choices=SMOOTH[1::3], rounds=1)
+        def glimpsed(axes: tuple[Axis, ...], law: FloatArray) -> Regression:
+            return regress(self.data, law, roughness(axes), level, choices=SMOOTH[1::3], rounds=1)
+
+        tried = [
+            (axes, self._columns(kind, axes, trial, filtered=not glimpse))
+            for axes in (self._axes(trial, one) for one in (sorts[:1] if glimpse else sorts))
+        ]
+        if len(tried) > 1:
+            tried = [min(tried, key=lambda one: glimpsed(*one).error)]
+        ((axes, law),) = tried
+        found = glimpsed(axes, law) if glimpse else regress(self.data, law, roughness(axes), level)
         return Guess(kind, trial.of, axes, trial.heat_s, found, trial.on_load)
 
     def _axes(self, trial: Trial, sorts: Sequence[Sort]) -> tuple[Axis, ...]:

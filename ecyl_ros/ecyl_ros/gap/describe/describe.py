@@ -180,9 +180,9 @@ def _in_loop(
         if found is None or near < found[0].fitted or _stands(roughly(number), found[0]):
             both = [nearest, *_predicting_better(roughly(number), *nearest)]
             playing, rough, chosen = _finished(fitter, both)
-            if not at_noise(fitter, playing.best.judged):
-                moved = _at_other_ports(roughly(number), rough, chosen)
-                ends = [(playing, rough, chosen), *([_finished(fitter, moved)] if moved else [])]
+            moved = _at_other_ports(roughly(number), rough, chosen)
+            if moved and not at_noise(fitter, playing.best.judged):
+                ends = [(playing, rough, chosen), _finished(fitter, moved)]
                 playing, rough, chosen = min(ends, key=lambda one: one[0].best.judged)
             closer = playing.known()
             if found is None or earns(fitter, as_fit(closer), as_fit(found[0])):

@@ -172,11 +172,9 @@ def _described(
 def _short_of(judgement: Judgement, choice: Choice, holds: Held) -> str:
     """What is said of a law that predicts a part of what is missing."""
     law = _at_port(judgement, choice.best)
-    return (
-        f"closest law, not described: {words.place(law)} {words.depends(law)} removes "
-        f"{100.0 * holds.share:.0f} % of the {judgement.motion.effort_name} that the sheet cannot "
-        "account for, on held-out data; something else acts beside it"
-    )
+    missing = f"the {judgement.motion.effort_name} that the sheet cannot account for,"
+    told = words.closest(f"{words.place(law)} {words.depends(law)}", holds.share, missing)
+    return f"{told}; something else acts beside it"
 
 
 def _at_port(judgement: Judgement, best: Guess) -> Law:
