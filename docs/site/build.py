@@ -6,6 +6,7 @@ Pages in Markdown and the reference of all public modules, from their docstrings
 from __future__ import annotations
 
 import argparse
+import importlib
 import os
 import shutil
 import sys
@@ -64,6 +65,9 @@ def main(out: Path, *, sources: bool) -> int:
             list_modules([*listing, str(folder), str(folder / "served"), *_refusals(folder)])
             if not (source / "api" / f"{package}.rst").exists():
                 raise FileNotFoundError(f"{folder}: holds no modules")
+        # Once, and not again by each of the processes that Sphinx forks off.
+        for page in (source / "api").glob("*.rst"):
+            importlib.import_module(page.stem)
         trees = str(Path(name) / "trees")
         return build(
             [
