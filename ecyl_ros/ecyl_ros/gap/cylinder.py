@@ -27,6 +27,7 @@ from .judge.constancy import Inconstancy, without_effects, without_stand_ins
 from .judge.hidden import without_hidden
 from .judge.intervals import intervals
 from .judge.place import without_open_ended
+from .judge.pressed import pressed
 from .judge.strained import without_causes
 from .judge.tolerance import without_traces
 from .judge.verdict import (
@@ -306,6 +307,7 @@ def _causes(
     for fit in chain:
         order += [name for name in fit.names if name not in order]
     spans, _ = intervals(winner, fitter)
+    held_by_bound = pressed(winner, fitter)
     tuned = settings(winner.names)
     own = settings_alone(tuned)
     causes, notes = [], []
@@ -319,7 +321,7 @@ def _causes(
         for quantity in CATALOGUE[name].reported:
             value = winner.values[name][quantity.name]
             low, high = spans.get((name, quantity.name), (value, value))
-            bound = f"{name}.{quantity.name}" in winner.bounds_hit
+            bound = f"{name}.{quantity.name}" in held_by_bound
             parameters.append(
                 FittedParameter(quantity.name, quantity.unit, value, low, high, bound)
             )

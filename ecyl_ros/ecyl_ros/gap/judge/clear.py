@@ -1,8 +1,8 @@
 """Causes that are not clear of what a healthy machine may have, and hence none.
 
 The 95 % interval of a cause must be clear of the value at which it vanishes; where it gives a
-constant another value, clear of the tolerance about it. Nor may it stand at the bound of its fit,
-which says that nothing but the bound holds it.
+constant another value, clear of the tolerance about it. Nor may nothing but the bound of its fit
+hold it. Of a cause of several sizes one may be nothing (the friction of one direction), not all.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ from ..compete.competition import Competition
 from ..fit.fit import Fit, Fitter
 from .constancy import without_effects
 from .intervals import intervals
+from .pressed import pressed
 from .strained import strained
 
 
@@ -20,6 +21,7 @@ def unclear(fit: Fit, fitter: Fitter) -> dict[str, str]:
     if not fit.names:
         return {}
     spans, _ = intervals(fit, fitter)
+    held_by_bound = pressed(fit, fitter)
     found = {}
     for name in fit.names:
         effect = CATALOGUE[name]
@@ -28,7 +30,7 @@ def unclear(fit: Fit, fitter: Fitter) -> dict[str, str]:
         sized = (effect.parameters[0].name,) if effect.sized is None else effect.sized
         neutral = effect.neutral(fitter.replay.nominal)
         held = [spans.get((name, one), (neutral, neutral)) for one in sized]
-        if any(f"{name}.{one}" in fit.bounds_hit for one in sized):
+        if any(f"{name}.{one}" in held_by_bound for one in sized):
             found[name] = "is at the bound of its fit"
         elif sized and all(
             low <= neutral + open_ and high >= neutral - open_ for low, high in held

@@ -14,6 +14,7 @@ from scipy.stats import t as student
 from ...arrays import BoolArray, FloatArray
 from ...drive.tolerances import CONSTANTS
 from ...effects.catalogue import CATALOGUE
+from ..fit.coordinate import Coordinate
 from ..fit.fit import Fit, Fitter
 from ..fit.gram import weighted_products
 from ..fit.robust import per_square, robust_weights
@@ -64,7 +65,7 @@ def spreads(
     return np.stack([sandwich, inverse, weighed]), count
 
 
-def _variances(fit: Fit, fitter: Fitter) -> tuple[FloatArray, int]:
+def variances(fit: Fit, fitter: Fitter) -> tuple[FloatArray, int]:
     """Variance of each of the fit's coordinates and pulls, and how many stretches it rests on."""
     if fit.jacobian is None:
         return np.zeros(0), 0
@@ -100,6 +101,15 @@ def _left_open(effect: str, fitter: Fitter) -> float:
     return one.form(fitter.replay.drive)
 
 
+def _ends(one: Coordinate, value: float, half: float) -> tuple[float, float]:
+    """The interval about a value, half its width in the coordinate."""
+    if one.logarithmic and one.quantity.low == 0.0 and half > 1.0:
+        # Not told from 0, and what it does grows in proportion there: its logarithm says nothing.
+        return 0.0, value * (1.0 + half)
+    half, raw = min(half, 50.0), one.of(value)
+    return one.outward(raw - half), one.outward(raw + half)
+
+
 def intervals(
     fit: Fit, fitter: Fitter
 ) -> tuple[dict[tuple[str, str], tuple[float, float]], FloatArray]:
@@ -108,16 +118,15 @@ def intervals(
     Returns ({(effect, parameter): (low, high)}, half widths of the pulls float64[k], that of the
     sheet where a constant was not fitted).
     """
-    spread, count = _variances(fit, fitter)
+    spread, count = variances(fit, fitter)
     found = {}
     wide = quantile(count)
     for index, one in enumerate(fit.coordinates):
         value = fit.values[one.effect][one.quantity.name]
-        raw = one.of(value)
         share = _form(one.effect)
         form = share if one.logarithmic else share * abs(value) / one.scale
         half = math.hypot(wide * math.sqrt(max(float(spread[index]), 0.0)), form)
-        low, high = one.outward(raw - min(half, 50.0)), one.outward(raw + min(half, 50.0))
+        low, high = _ends(one, value, half)
         open_ = _left_open(one.effect, fitter)
         if open_ > 0.0:
             middle, half = 0.5 * (low + high), 0.5 * abs(high - low)
