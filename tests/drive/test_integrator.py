@@ -97,3 +97,32 @@ def test_automatic_substeps_stay_under_the_sensor_noise(straightness) -> None:
     for name, std in noise.items():
         difference = np.abs(runs[0].signal(name) - runs[1].signal(name)).max()
         assert difference < 0.1 * std, name
+
+
+@pytest.mark.parametrize(
+    ("effect", "parameter", "part", "constant", "factor"),
+    [
+        ("stiffness_error", "stiffness_nm_per_rad", "transmission", "stiffness", 12.0),
+        ("rotor_inertia_error", "inertia_kg_m2", "motor", "rotor_inertia", 0.1),
+        ("load_inertia_error", "inertia_kg_m2", "load", "inertia", 0.1),
+        ("resistance_error", "resistance_ohm", "motor", "resistance", 60.0),
+    ],
+)
+def test_an_effect_on_a_constant_takes_the_steps_of_a_drive_that_has_it(
+    effect: str, parameter: str, part: str, constant: str, factor: float
+) -> None:
+    """A coupling that an effect makes twelve times as stiff is stepped as finely as one whose file
+    says so; a softer one no more coarsely than the file's own."""
+    drive = load_drive("bench")
+    before = pack(drive)["substeps"][0]
+    stated = getattr(getattr(drive, part), constant)
+    value = (stated[0] if isinstance(stated, tuple) else stated) * factor
+    true = (value,) if isinstance(stated, tuple) else value
+    machine = dataclasses.replace(
+        drive, **{part: dataclasses.replace(getattr(drive, part), **{constant: true})}
+    )
+    by_effect = dataclasses.replace(drive, effects={effect: {parameter: value}})
+    assert pack(by_effect)["substeps"][0] == pack(machine)["substeps"][0] > 1.5 * before
+    other_way = {parameter: value / factor**2}
+    slower = dataclasses.replace(drive, effects={effect: other_way})
+    assert pack(slower)["substeps"][0] == before

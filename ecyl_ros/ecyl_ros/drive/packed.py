@@ -98,30 +98,52 @@ RATE_STEP = 0.1
 def fastest_rate(drive: DriveParameters) -> float:
     """Largest rate constant of the plant, 1/s: contact resonance, contact damping, R/L, bristles.
 
+    By the drive's constants, or those that its effects put in their place where these are faster.
     What an effect makes of the winding's is not in it: `stiff_current` has pieces of its own.
     """
-    compliance = 1.0 / drive.motor.rotor_inertia + 1.0 / drive.load.inertia
-    resonance = math.sqrt(max(drive.transmission.stiffness) * compliance)
-    damping = drive.transmission.contact_damping * compliance
-    electrical = drive.motor.resistance / drive.motor.inductance
+    return _fastest_rate(_packed(drive, drive), drive)
+
+
+def _fastest_rate(record: np.ndarray, drive: DriveParameters) -> float:
+    """See `fastest_rate`; record: of the drive, its effects in it."""
+    motor, transmission, load = drive.motor, drive.transmission, drive.load
+    with_effects = record[0]
+    stated = _smooth_rate(
+        1.0 / motor.rotor_inertia + 1.0 / load.inertia,
+        max(transmission.stiffness),
+        transmission.contact_damping,
+        motor.resistance / motor.inductance,
+    )
+    smooth = _smooth_rate(
+        float(with_effects["per_rotor_inertia"] + with_effects["per_load_inertia"]),
+        float(np.max(with_effects["stiffness"])),
+        float(with_effects["contact_damping"]),
+        float(with_effects["resistance"] * with_effects["per_inductance"]),
+    )
+    per_inertia = {
+        "rotor": max(1.0 / motor.rotor_inertia, float(with_effects["per_rotor_inertia"])),
+        "load": max(1.0 / load.inertia, float(with_effects["per_load_inertia"])),
+    }
     bristle = 0.0
     for name, values in drive.effects.items():
-        for port, inertia in (
-            ("rotor_friction", drive.motor.rotor_inertia),
-            ("load_friction", drive.load.inertia),
-        ):
-            if hasattr(MODULES[name], port):
+        for side in per_inertia:
+            if hasattr(MODULES[name], f"{side}_friction"):
                 level = max((v for k, v in values.items() if k.endswith("_nm")), default=0.0)
                 breakaway = values.get("breakaway_rad", BREAKAWAY_RAD)
-                bristle = max(bristle, math.sqrt(abs(level) / (breakaway * inertia)))
+                bristle = max(bristle, math.sqrt(abs(level) * per_inertia[side] / breakaway))
     law = drive.learned
     if law is not None:
         bristle = max(bristle, learned.rate(law, drive))
         if law.of_friction:
-            inertia = drive.load.inertia if law.on_load else drive.motor.rotor_inertia
+            side = "load" if law.on_load else "rotor"
             level = max(0.0, *law.values)
-            bristle = max(bristle, math.sqrt(level / (BREAKAWAY_RAD * inertia)))
-    return max(resonance, damping, electrical, bristle)
+            bristle = max(bristle, math.sqrt(level * per_inertia[side] / BREAKAWAY_RAD))
+    return max(stated, smooth, bristle)
+
+
+def _smooth_rate(compliance: float, stiffness: float, damping: float, electrical: float) -> float:
+    """1/s. compliance: of both inertias, 1/(kg m^2). damping: N m s/rad. electrical: R/L, 1/s."""
+    return max(math.sqrt(stiffness * compliance), damping * compliance, electrical)
 
 
 def current_span(drive: DriveParameters) -> float:
@@ -132,7 +154,11 @@ def current_span(drive: DriveParameters) -> float:
 
 def choose_substeps(drive: DriveParameters, rate_step: float = RATE_STEP) -> int:
     """Sub-steps per control tick that keep rate x step <= `rate_step`."""
-    return max(1, math.ceil(fastest_rate(drive) / (rate_step * drive.controller.rate) - 1e-9))
+    return _substeps(fastest_rate(drive), drive, rate_step)
+
+
+def _substeps(rate: float, drive: DriveParameters, rate_step: float) -> int:
+    return max(1, math.ceil(rate / (rate_step * drive.controller.rate) - 1e-9))
 
 
 def pack(
@@ -150,10 +176,17 @@ def pack(
     believed: the drive that the controller was set up for, where its constants are not those of
     `drive`.
     """
-    chosen = choose_substeps(drive, rate_step)
-    if most is not None:
-        chosen = min(chosen, most)
-    believed = believed or drive
+    record = _packed(drive, believed or drive)
+    if substeps is None:
+        substeps = _substeps(_fastest_rate(record, drive), drive, rate_step)
+        if most is not None:
+            substeps = min(substeps, most)
+    record["substeps"] = substeps
+    return record
+
+
+def _packed(drive: DriveParameters, believed: DriveParameters) -> np.ndarray:
+    """The record of `pack` without sub-steps."""
     record = np.zeros(1, PACKED)
     motor, transmission, load = drive.motor, drive.transmission, drive.load
     controller, sensors = drive.controller, drive.sensors
@@ -173,7 +206,6 @@ def pack(
         "contact_damping": transmission.contact_damping,
         "load_viscous": load.viscous_friction,
         "tick": 1.0 / controller.rate,
-        "substeps": chosen if substeps is None else substeps,
         "current_span": current_span(drive),
         "actuation_delay": controller.delay_ticks,
         "feedback_rod": controller.feedback == "rod",
