@@ -101,49 +101,36 @@ def fastest_rate(drive: DriveParameters) -> float:
     By the drive's constants, or those that its effects put in their place where these are faster.
     What an effect makes of the winding's is not in it: `stiff_current` has pieces of its own.
     """
-    return _fastest_rate(_packed(drive, drive), drive)
+    return _fastest_rate(_records(drive, drive), drive)
 
 
-def _fastest_rate(record: np.ndarray, drive: DriveParameters) -> float:
-    """See `fastest_rate`; record: of the drive, its effects in it."""
-    motor, transmission, load = drive.motor, drive.transmission, drive.load
-    with_effects = record[0]
-    stated = _smooth_rate(
-        1.0 / motor.rotor_inertia + 1.0 / load.inertia,
-        max(transmission.stiffness),
-        transmission.contact_damping,
-        motor.resistance / motor.inductance,
-    )
-    smooth = _smooth_rate(
-        float(with_effects["per_rotor_inertia"] + with_effects["per_load_inertia"]),
-        float(np.max(with_effects["stiffness"])),
-        float(with_effects["contact_damping"]),
-        float(with_effects["resistance"] * with_effects["per_inductance"]),
-    )
-    per_inertia = {
-        "rotor": max(1.0 / motor.rotor_inertia, float(with_effects["per_rotor_inertia"])),
-        "load": max(1.0 / load.inertia, float(with_effects["per_load_inertia"])),
-    }
+def _fastest_rate(records: tuple[np.ndarray, ...], drive: DriveParameters) -> float:
+    """See `fastest_rate`; records: of the drive without its effects, and with them."""
+    return max(_rate(record[0], drive) for record in records)
+
+
+def _rate(record: np.void, drive: DriveParameters) -> float:
+    """The same by the constants of one record."""
+    per_inertia = {side: float(record[f"per_{side}_inertia"]) for side in ("rotor", "load")}
+    compliance = sum(per_inertia.values())
+    resonance = math.sqrt(float(np.max(record["stiffness"])) * compliance)
+    damping = float(record["contact_damping"]) * compliance
+    electrical = float(record["resistance"] * record["per_inductance"])
     bristle = 0.0
     for name, values in drive.effects.items():
-        for side in per_inertia:
+        for side, per_kg_m2 in per_inertia.items():
             if hasattr(MODULES[name], f"{side}_friction"):
                 level = max((v for k, v in values.items() if k.endswith("_nm")), default=0.0)
                 breakaway = values.get("breakaway_rad", BREAKAWAY_RAD)
-                bristle = max(bristle, math.sqrt(abs(level) * per_inertia[side] / breakaway))
+                bristle = max(bristle, math.sqrt(abs(level) * per_kg_m2 / breakaway))
     law = drive.learned
     if law is not None:
         bristle = max(bristle, learned.rate(law, drive))
         if law.of_friction:
-            side = "load" if law.on_load else "rotor"
             level = max(0.0, *law.values)
-            bristle = max(bristle, math.sqrt(level * per_inertia[side] / BREAKAWAY_RAD))
-    return max(stated, smooth, bristle)
-
-
-def _smooth_rate(compliance: float, stiffness: float, damping: float, electrical: float) -> float:
-    """1/s. compliance: of both inertias, 1/(kg m^2). damping: N m s/rad. electrical: R/L, 1/s."""
-    return max(math.sqrt(stiffness * compliance), damping * compliance, electrical)
+            per_kg_m2 = per_inertia["load" if law.on_load else "rotor"]
+            bristle = max(bristle, math.sqrt(level * per_kg_m2 / BREAKAWAY_RAD))
+    return max(resonance, damping, electrical, bristle)
 
 
 def current_span(drive: DriveParameters) -> float:
@@ -176,17 +163,18 @@ def pack(
     believed: the drive that the controller was set up for, where its constants are not those of
     `drive`.
     """
-    record = _packed(drive, believed or drive)
+    records = _records(drive, believed or drive)
     if substeps is None:
-        substeps = _substeps(_fastest_rate(record, drive), drive, rate_step)
+        substeps = _substeps(_fastest_rate(records, drive), drive, rate_step)
         if most is not None:
             substeps = min(substeps, most)
+    _, record = records
     record["substeps"] = substeps
     return record
 
 
-def _packed(drive: DriveParameters, believed: DriveParameters) -> np.ndarray:
-    """The record of `pack` without sub-steps."""
+def _records(drive: DriveParameters, believed: DriveParameters) -> tuple[np.ndarray, np.ndarray]:
+    """The record of `pack` without its effects, and with them; sub-steps are in neither."""
     record = np.zeros(1, PACKED)
     motor, transmission, load = drive.motor, drive.transmission, drive.load
     controller, sensors = drive.controller, drive.sensors
@@ -253,8 +241,9 @@ def _packed(drive: DriveParameters, believed: DriveParameters) -> np.ndarray:
         if index < count - 1:
             deflection += (transmission.stiffness_breaks[index] - torque) / stiffness
             torque = transmission.stiffness_breaks[index]
+    stated = record.copy()
     _put_effects(record, drive)
-    return record
+    return stated, record
 
 
 def _put_effects(record: np.ndarray, drive: DriveParameters) -> None:

@@ -1,8 +1,8 @@
 """Causes that are not clear of what a healthy machine may have, and hence none.
 
 The 95 % interval of a cause must be clear of the value at which it vanishes; where it gives a
-constant another value, clear of the tolerance about it. Nor may nothing but the bound of its fit
-hold it. Of a cause of several sizes one may be nothing (the friction of one direction), not all.
+constant another value, clear of the tolerance about it. Nor may the bound of its fit alone hold it
+(`pressed`). Of a cause of several sizes one may be nothing (friction in one direction), not all.
 """
 
 from __future__ import annotations

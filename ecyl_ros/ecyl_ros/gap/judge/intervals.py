@@ -65,13 +65,17 @@ def spreads(
     return np.stack([sandwich, inverse, weighed]), count
 
 
+def price_of(fit: Fit) -> FloatArray:
+    """Of a step of one in each of a fit's coordinates (0) and pulls, float64[k]."""
+    return np.array([0.0] * len(fit.coordinates) + [PULL_PRICE] * len(fit.pulled))
+
+
 def variances(fit: Fit, fitter: Fitter) -> tuple[FloatArray, int]:
     """Variance of each of the fit's coordinates and pulls, and how many stretches it rests on."""
     if fit.jacobian is None:
         return np.zeros(0), 0
-    price = np.array([0.0] * len(fit.coordinates) + [PULL_PRICE] * len(fit.pulled))
     evidence, time_s = fitter.sheet.evidence, fitter.replay.time_s
-    found, count = spreads(fit.jacobian, fit.gap, fitter.rows, time_s, evidence, price)
+    found, count = spreads(fit.jacobian, fit.gap, fitter.rows, time_s, evidence, price_of(fit))
     each = np.diagonal(found, axis1=1, axis2=2)
     variance: FloatArray = each.max(axis=0) if len(fit.pulled) else each[:2].max(axis=0)
     return variance, count
@@ -104,7 +108,8 @@ def _left_open(effect: str, fitter: Fitter) -> float:
 def _ends(one: Coordinate, value: float, half: float) -> tuple[float, float]:
     """The interval about a value, half its width in the coordinate."""
     if one.logarithmic and one.quantity.low == 0.0 and half > 1.0:
-        # Not told from 0, and what it does grows in proportion there: its logarithm says nothing.
+        # What it does grows in proportion near 0, and value x (1 - half) is below 0 already: the
+        # value is not told from 0, and its logarithm says nothing.
         return 0.0, value * (1.0 + half)
     half, raw = min(half, 50.0), one.of(value)
     return one.outward(raw - half), one.outward(raw + half)
