@@ -28,6 +28,8 @@ def graph(monkeypatch, own_domain):
     rclpy.try_shutdown()
 
 
+ECYL = (sys.executable, "-m", "ecyl_ros.cli.main")
+
 # Another process, as a subscriber would be. Prints a digest per topic once it has heard enough.
 LISTENER = """
 import hashlib, sys, time
@@ -102,17 +104,43 @@ def test_a_type_that_is_not_installed_is_refused_by_name(graph, tmp_path):
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_a_signal_ends_a_loop_cleanly(graph, tmp_path, number):
     """Interrupted within a loop the verb says what it sent, exits 0, and prints no traceback."""
-    write_recording(made(200), tmp_path / "a.mcap")
-    process = subprocess.Popen(
-        [sys.executable, "-m", "ecyl_ros.cli.main", "replay", str(tmp_path / "a.mcap"), "--loop"],
+    from geometry_msgs.msg import Vector3Stamped
+
+    process = looping(tmp_path)
+    node = graph.create_node("watcher")
+    heard = []
+    node.create_subscription(Vector3Stamped, "/ecyl/voltage", heard.append, 10)
+    assert until(lambda: graph.spin_once(node, timeout_sec=0.02) or heard)
+    process.send_signal(number)
+    assert ended(process) > 0
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_while_its_topics_appear_ends_it_cleanly(graph, tmp_path, number):
+    """Interrupted between its first publisher and its first message it ends in the same way."""
+    process = looping(tmp_path, "--delay", "60")
+    node = graph.create_node("watcher")
+    assert until(lambda: node.count_publishers("/ecyl/current") > 0)
+    process.send_signal(number)
+    assert ended(process) == 0
+
+
+def looping(folder, *options):
+    """A process that replays a recording in a loop."""
+    write_recording(made(200), folder / "a.mcap")
+    return subprocess.Popen(
+        [*ECYL, "replay", str(folder / "a.mcap"), "--loop", *options],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
-        cwd=tmp_path,  # the repository's root holds a folder with the package's name
+        cwd=folder,  # the repository's root holds a folder with the package's name
     )
-    node = graph.create_node("watcher")
-    assert until(lambda: node.count_publishers("/ecyl/voltage") > 0)
-    process.send_signal(number)
+
+
+def ended(process):
+    """How many messages an interrupted replay says it has published, having ended as it must."""
     out, err = process.communicate(timeout=20)
-    assert process.returncode == 0 and "Traceback" not in err
-    assert "messages published" in out
+    assert process.returncode == 0 and "Traceback" not in err, err
+    count, _, rest = out.partition(" ")
+    assert rest.startswith("messages published"), out
+    return int(count)

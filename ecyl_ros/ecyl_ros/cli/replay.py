@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import sys
-import time
 from collections.abc import Collection
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -86,33 +85,39 @@ def run(options: argparse.Namespace) -> int:
         print(f"ecyl replay: {note}", file=sys.stderr)
     try:
         import rclpy
-        from rclpy.executors import ExternalShutdownException
 
         from ..nodes.replayer import Replayer
     except ModuleNotFoundError as error:
         raise InputError(
             f"replay needs {error.name}: source a ROS 2 installation or install rclpy_cyclone"
         ) from None
+    from ..nodes.quiet_signals import quiet_signals
     from .progress import progress_bar
 
-    rclpy.init()
     node = None
-    try:
-        node = Replayer(bag, timeline, remap=remap, names=names, clock=bool(options.clock))
-        if options.wait_for_subscribers is not None and not node.wait_for_subscribers(
-            options.wait_for_subscribers
-        ):
-            print("ecyl replay: not every topic has a subscriber", file=sys.stderr)
-        time.sleep(options.delay)
-        with progress_bar("replaying") as progress:
-            node.play(progress)
-    except (KeyboardInterrupt, ExternalShutdownException):
-        pass
-    finally:
-        if node is not None:
-            print(f"{node.published} messages published, {node.latest_s * 1e3:.1f} ms late at most")
-            node.destroy_node()
-        rclpy.try_shutdown()
+    # A signal shuts the context down, which the node notices: wherever the signal comes, what
+    # was sent is said.
+    with quiet_signals():
+        rclpy.init()
+        try:
+            node = Replayer(bag, timeline, remap=remap, names=names, clock=bool(options.clock))
+            if options.wait_for_subscribers is not None and not node.wait_for_subscribers(
+                options.wait_for_subscribers
+            ):
+                print("ecyl replay: not every topic has a subscriber", file=sys.stderr)
+            node.wait(options.delay)
+            with progress_bar("replaying") as progress:
+                node.play(progress)
+        except Exception:
+            if rclpy.ok():
+                raise
+            # The context was shut down while a call ran; what that needed is gone.
+        finally:
+            published, latest_s = (node.published, node.latest_s) if node else (0, 0.0)
+            if node is not None:
+                node.destroy_node()
+            rclpy.try_shutdown()
+    print(f"{published} messages published, {latest_s * 1e3:.1f} ms late at most")
     return 0
 
 

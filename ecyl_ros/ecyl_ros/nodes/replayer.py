@@ -78,6 +78,10 @@ class Replayer(Node):
             time.sleep(0.02)
         return False
 
+    def wait(self, seconds: float) -> None:
+        """Sleep, no longer than until a shutdown."""
+        self._sleep_until(time.monotonic_ns() + round(seconds * NANOSECONDS))
+
     def play(self, progress: Callable[[float], None] = lambda share: None) -> bool:
         """Publish all of the timeline; False where a shutdown came before its end."""
         begin = time.monotonic_ns()
