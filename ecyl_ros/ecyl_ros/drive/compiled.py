@@ -27,6 +27,7 @@ _SOURCES = (
     "drive/rigid/*.py",
     "effects/*.py",
     "gap/fit/robust.py",
+    "gap/rigid/decimated.py",
     "gap/study/cylinder/*.py",
     "gap/study/rigid/*.py",
 )  # that hold kernels

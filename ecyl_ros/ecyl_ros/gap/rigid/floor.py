@@ -22,6 +22,7 @@ from .solution import Solution
 from .white import least_density
 
 _NEIGHBOURS = 12
+_FIRST, _MOST = 4, 96  # nearest ones that are looked at, for each that is wanted and at most
 _APART = 2  # stretches between two instants that count as different times, at the least
 _NEAR = 0.3 * math.sqrt(3.0)  # of the state's spread: neighbours further away say nothing
 _BRIEF = 64  # compared samples of a spectrum: short, so that there are some between two blows
@@ -45,10 +46,13 @@ class Pairs(NamedTuple):
     other: BoolArray
 
 
-def pairs(balance: Balance, periodic: bool, without_hz: float | None = None) -> Pairs:
-    """Neighbours in position, speed and acceleration within one recording.
+def pairs(
+    balance: Balance, periodic: bool, without_hz: float | None = None, others: int = 1
+) -> Pairs:
+    """Neighbours in position, speed and acceleration within one recording, the nearest first.
 
     periodic: position modulo one turn. without_hz: of a line that is taken out of the motion.
+    others: how many at other times are looked for, as far as they are among the nearest `_MOST`.
     """
     motion = balance.motion
     rows = np.flatnonzero(balance.usable)
@@ -65,19 +69,27 @@ def pairs(balance: Balance, periodic: bool, without_hz: float | None = None) -> 
         state.append(position / (float(np.std(position)) or 1.0))
     points = np.stack(state, axis=1)
     stretch, of = balance.stretch[rows], motion.recording[rows]
-    shape = rows.size, min(8 * _NEIGHBOURS, int(np.max(np.bincount(of), initial=0)))
+    shape = rows.size, min(_MOST, int(np.max(np.bincount(of), initial=0)))
     distance, index = np.full(shape, np.inf), np.zeros(shape, dtype=np.int64)
+    other = np.zeros(shape, dtype=bool)
     # What another recording does not repeat may be wear, or another temperature: no noise.
     for number in np.unique(of).tolist():
         own = np.flatnonzero(of == number)
-        count = min(shape[1], own.size)
-        near, at = cKDTree(points[own]).query(points[own], k=count)
-        distance[own, :count], index[own, :count] = (
-            one.reshape(own.size, count) for one in (near, own[at])
-        )
-    # Neighbours in time are neighbours in state: only other times count.
-    other = np.abs(stretch[index] - stretch[:, None]) >= _APART
-    return Pairs(rows, distance, index, other & (distance < _NEAR))
+        tree, looked, count = cKDTree(points[own]), own, _FIRST * others
+        while looked.size:
+            count = min(count, shape[1], own.size)
+            near, at = tree.query(points[looked], k=range(1, count + 1), distance_upper_bound=_NEAR)
+            there = np.isfinite(near)
+            distance[looked, :count] = near
+            index[looked, :count] = found = own[np.where(there, at, 0)]
+            # Neighbours in time are neighbours in state: only other times count.
+            apart = np.abs(stretch[found] - stretch[looked, None]) >= _APART
+            other[looked, :count] = there & apart
+            # Where there may be more in reach, further ones are asked for.
+            more = there[:, -1] & (np.count_nonzero(other[looked], axis=1) < others)
+            looked = looked[more] if count < min(shape[1], own.size) else looked[:0]
+            count *= 2
+    return Pairs(rows, distance, index, other)
 
 
 def less_line(values: FloatArray, time_s: FloatArray, frequency_hz: float) -> FloatArray:
@@ -113,7 +125,7 @@ def repeatability(balance: Balance, broad: Solution, periodic: bool) -> float | 
             neighbours matters little.
         periodic: the position counts modulo one turn.
     """
-    found = pairs(balance, periodic)
+    found = pairs(balance, periodic, others=_NEIGHBOURS)
     return _extrapolated(found, broad.residual[found.rows])
 
 

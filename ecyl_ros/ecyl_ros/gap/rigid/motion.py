@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,6 +38,7 @@ from .band import (
     speed_noise_of,
     told_by_speed,
 )
+from .decimated import decimated
 from .frozen import without_repeats
 from .grid import Taker, bridged, carried_on, eroded, even_grid, jumped, standing_effort, wide
 from .other_motion import told_beside, unused_motion
@@ -45,6 +46,9 @@ from .refreshed import new_rows
 
 _SETTLE = 1.0  # periods of the bandwidth's frequency left out at gaps
 _ENDS = 4.0  # the same at the ends, beyond which the low-passes have to guess how it moved
+# Periods of its slowest corner that the parallel filter answers a sample for, and the share of its
+# largest answer below which it is left out.
+_REMEMBERED, _INAUDIBLE = 10.0, 1e-8
 _WHOLE = 1e-6  # of a sample: so near to one, a shift needs nothing between samples
 
 
@@ -114,7 +118,8 @@ class Motion(Course):
 
     def in_band(self, columns: FloatArray) -> FloatArray:
         """Columns float64[..., n] through the parallel filter, at `rows`: float64[..., m]."""
-        return self._parallel(columns)[..., self.rows]
+        every = [decimated(columns[..., one], self._response, self.step) for one in self.parts]
+        return np.concatenate(every, axis=-1)
 
     def filtered(self, columns: FloatArray) -> FloatArray:
         """The same of efforts, as they are compared: each recording's in its own noise."""
@@ -142,6 +147,18 @@ class Motion(Course):
         """Of the parallel filter at frequencies, float64[k]."""
         made: FloatArray = 1.0 / (1.0 + (frequency_hz / self.bandwidth_hz) ** (2 * ORDER))
         return made / (1.0 + (frequency_hz / self.weight_hz) ** 2)
+
+    @cached_property
+    def _response(self) -> FloatArray:
+        """What the parallel filter makes of one sample of 1, float64[2 m + 1]."""
+        slowest = min(self.bandwidth_hz, self.weight_hz)
+        side = math.ceil(_REMEMBERED * self.rate_hz / slowest)
+        alone = np.zeros(2 * side + 1)
+        alone[side] = 1.0
+        made = Motion._parallel(self, alone)
+        heard = np.flatnonzero(np.abs(made) > _INAUDIBLE * np.abs(made).max())
+        most = max(side - int(heard[0]), int(heard[-1]) - side)
+        return made[side - most : side + most + 1]
 
     def _parallel(self, values: FloatArray) -> FloatArray:
         pad = min(values.shape[-1] - 1, int(3 * self.rate_hz / self.bandwidth_hz))
