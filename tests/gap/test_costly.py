@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 from sheets import exact
 
@@ -43,3 +44,16 @@ def test_what_is_stiff_within_a_step_counts_as_more_work() -> None:
         replay.complete({"inverter_dead_time": {"voltage_v": 2.25, "transition_a": 0.005}}, {})
     )
     assert replay.work - before - spring > 1.2 * spring > 0
+
+
+def test_a_drive_that_no_recording_is_of_is_not_simulated() -> None:
+    """A load of a hundred-thousandth counts as a loop that runs away; one of a sixtieth is run."""
+    drive = exact("bench")
+    replay = Replay(record_case(Case(0, 7, "pair", TRUE), drive), drive, "recording")
+    before, inertia = replay.work, drive.load.inertia
+    lost = replay.gap({"load_inertia_error": {"inertia_kg_m2": 1e-5 * inertia}})
+    assert replay.work == before
+    assert np.all(lost[:, replay.usable] == 1e6)
+    light = replay.gap({"load_inertia_error": {"inertia_kg_m2": inertia / 60.0}})
+    assert replay.work > before
+    assert np.abs(light).max() < 1e6

@@ -153,21 +153,17 @@ def pack(
     *,
     substeps: int | None = None,
     rate_step: float = RATE_STEP,
-    most: int | None = None,
     believed: DriveParameters | None = None,
 ) -> np.ndarray:
     """Pack `drive` into a one-element record array of dtype `PACKED`.
 
     substeps: overrides the automatic choice (for convergence studies). rate_step: of that choice.
-    most: sub-steps per tick at the most, however fast the drive is.
     believed: the drive that the controller was set up for, where its constants are not those of
     `drive`.
     """
     records = _records(drive, believed or drive)
     if substeps is None:
         substeps = _substeps(_fastest_rate(records, drive), drive, rate_step)
-        if most is not None:
-            substeps = min(substeps, most)
     _, record = records
     record["substeps"] = substeps
     return record

@@ -70,8 +70,8 @@ SIGNALS = (
 # A step of the replay's integrator times the drive's fastest rate: its error stays far below the
 # noise floor, and it takes half the time of the emulator's own.
 _REPLAY_RATE_STEP = 0.45
-# Sub-steps per tick, those of the nominal drive so many times or this many: a fit may wander to an
-# absurdly stiff drive.
+# Sub-steps per tick, those of the nominal drive so many times or this many: what a fit wanders to
+# beyond is no drive. A law's steepest place may ask for more, and is integrated with these.
 _STIFFER, _MOST_SUBSTEPS = 4, 40
 
 _TICK_COST = 1  # of a control tick beside its sub-steps, in such
@@ -306,9 +306,9 @@ class Replay:
         """
         base = drive or self.drive
         drive = dataclasses.replace(base, effects={**base.effects, **effects})
-        record = pack(
-            drive, rate_step=_REPLAY_RATE_STEP, most=self._most_substeps, believed=self.nominal
-        )
+        record = pack(drive, rate_step=_REPLAY_RATE_STEP, believed=self.nominal)
+        if drive.learned is not None:
+            record["substeps"] = np.minimum(record["substeps"], self._most_substeps)
         if self._holds_i_d:
             record["pole_pairs"] = 0.0
         return record
@@ -321,10 +321,13 @@ class Replay:
     ) -> FloatArray:
         """All the engine's columns at the grid of the replay, float64[grid, COLUMNS].
 
-        torque: float64[2, n] at the recording's stamps, N m from outside on rotor and load, beside
-        what was injected.
+        NaN of a drive so stiff that no recording can be of it: it would take forever, and its loop
+        mostly runs away. torque: float64[2, n] at the recording's stamps, N m from outside on rotor
+        and load, beside what was injected.
         """
         params = self.packed(effects, drive)
+        if params[0]["substeps"] > self._most_substeps:
+            return np.full((self._grid.samples, COLUMNS), np.nan)
         cascade = initial_cascade_state(params)
         cascade[0][:] = self._integrals
         samples = np.zeros((self._grid.samples, COLUMNS))
