@@ -1,7 +1,7 @@
 """The stand-in's equations of motion and its control code, compiled.
 
-Written from the physics and on purpose unlike the model a diagnosis fits: one fixed step of about
-10 us, Heun's method for the mechanics and the current, bristles advanced exactly with the speed
+Written from the physics and on purpose unlike the model a diagnosis fits: fixed steps of 10 us or
+less, Heun's method for the mechanics and the current, bristles advanced exactly with the speed
 held, contact as a penalty without locating its instants, friction after LuGre.
 """
 
