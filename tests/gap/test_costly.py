@@ -1,4 +1,4 @@
-"""Sets of three wait where replays cost too much, and the diagnosis says so."""
+"""What replays cost: too much for sets of three, which the diagnosis says, or for any replay."""
 
 from __future__ import annotations
 

@@ -47,9 +47,9 @@ def _answer(value, at, taps, side, step, row):
     if begin >= end:
         return
     # Without a sign an index needs no look whether it counts from the end.
-    at, tap = np.uint64(begin), np.uint64(begin - first)
+    place, tap = np.uint64(begin), np.uint64(begin - first)
     for index in range(np.uint64(end - begin)):
-        row[at + index] += value * taps[np.uint64(phase), tap + index]
+        row[place + index] += value * taps[np.uint64(phase), tap + index]
 
 
 @called
@@ -62,7 +62,7 @@ def _add(columns, taps, side, step, made):
     last = columns.shape[1] - 1
     for number in range(columns.shape[0]):
         column, row = columns[number], made[number]
-        for beyond in range(1, side + step + 1):
+        for beyond in range(1, side + 1):
             inside = min(beyond, last)
             _answer(2.0 * column[0] - column[inside], -beyond, taps, side, step, row)
             turned = 2.0 * column[last] - column[last - inside]

@@ -75,9 +75,10 @@ def pairs(
     # What another recording does not repeat may be wear, or another temperature: no noise.
     for number in np.unique(of).tolist():
         own = np.flatnonzero(of == number)
-        tree, looked, count = cKDTree(points[own]), own, _FIRST * others
+        tree, looked = cKDTree(points[own]), own
+        count, most = _FIRST * others, min(_MOST, own.size)
         while looked.size:
-            count = min(count, shape[1], own.size)
+            count = min(count, most)
             near, at = tree.query(points[looked], k=range(1, count + 1), distance_upper_bound=_NEAR)
             there = np.isfinite(near)
             distance[looked, :count] = near
@@ -85,9 +86,10 @@ def pairs(
             # Neighbours in time are neighbours in state: only other times count.
             apart = np.abs(stretch[found] - stretch[looked, None]) >= _APART
             other[looked, :count] = there & apart
+            if count == most:
+                break
             # Where there may be more in reach, further ones are asked for.
-            more = there[:, -1] & (np.count_nonzero(other[looked], axis=1) < others)
-            looked = looked[more] if count < min(shape[1], own.size) else looked[:0]
+            looked = looked[there[:, -1] & (np.count_nonzero(other[looked], axis=1) < others)]
             count *= 2
     return Pairs(rows, distance, index, other)
 

@@ -14,7 +14,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from ...arrays import FloatArray
@@ -54,13 +53,6 @@ class Joined(Motion):
         return np.concatenate([self.time_s[one] - self.time_s[one.start] for one in self.spans])
 
     @property
-    def rows(self) -> NDArray[np.int64]:
-        """See `Motion`."""
-        return np.concatenate(
-            [np.arange(one.start + self.step // 2, one.stop, self.step) for one in self.spans]
-        )
-
-    @property
     def counted(self) -> FloatArray:
         """float64[m], noise of the recording that a compared sample is of, over that of all."""
         return self.noise[self.recording]
@@ -71,10 +63,10 @@ class Joined(Motion):
 
     def shifted(self, values: FloatArray, later_s: FloatArray) -> FloatArray:
         """See `Motion`."""
-        made, of = self._parallel(values), self.recording
+        of = self.recording
         found = np.empty((np.size(later_s), of.size))
         for number, one in enumerate(self.spans):
-            own, rows = made[one], self.rows[of == number] - one.start
+            own, rows = self._parallel(values[one]), self.rows[of == number] - one.start
             at = rows - np.asarray(later_s)[:, None] * self.rate_hz
             course = CubicSpline(np.arange(own.size), own)
             found[:, of == number] = course(np.clip(at, 0.0, own.size - 1.0))
@@ -83,10 +75,6 @@ class Joined(Motion):
     def smoothed(self, values: FloatArray) -> FloatArray:
         """See `Motion`."""
         return np.concatenate([low_passed(self._smoothing, values[one]) for one in self.spans])
-
-    def _parallel(self, values: FloatArray) -> FloatArray:
-        parallel = super()._parallel
-        return np.concatenate([parallel(values[..., one]) for one in self.spans], axis=-1)
 
 
 def motions_of(

@@ -96,7 +96,9 @@ class Motion(Course):
     @property
     def rows(self) -> NDArray[np.int64]:
         """int64[m], the samples of the grid that are compared."""
-        return np.arange(self.step // 2, self.time_s.size, self.step)
+        return np.concatenate(
+            [np.arange(one.start + self.step // 2, one.stop, self.step) for one in self.parts]
+        )
 
     @property
     def recording(self) -> NDArray[np.int64]:
@@ -155,12 +157,13 @@ class Motion(Course):
         side = math.ceil(_REMEMBERED * self.rate_hz / slowest)
         alone = np.zeros(2 * side + 1)
         alone[side] = 1.0
-        made = Motion._parallel(self, alone)
+        made = self._parallel(alone)
         heard = np.flatnonzero(np.abs(made) > _INAUDIBLE * np.abs(made).max())
         most = max(side - int(heard[0]), int(heard[-1]) - side)
         return made[side - most : side + most + 1]
 
     def _parallel(self, values: FloatArray) -> FloatArray:
+        """Samples of one recording, float64[..., n], through the parallel filter."""
         pad = min(values.shape[-1] - 1, int(3 * self.rate_hz / self.bandwidth_hz))
         made: FloatArray = sosfiltfilt(self._sos, values, axis=-1, padlen=pad)
         if self.weight_hz < 0.45 * self.rate_hz:
