@@ -23,14 +23,15 @@ from ecyl_ros.gap.study.cylinder.cases import Case, record_case
 def replayed(effects: dict[str, dict[str, float]], seed: int = 9) -> Replay:
     """The nominal replay of what another make of machine recorded with `effects`."""
     drive = exact("bench")
-    return Replay(record_case(Case(0, seed, "single", effects), drive), drive, "recording")
+    recording = record_case(Case(0, seed, "single", effects), drive).slice(0.0, 6.0)
+    return Replay(recording, drive, "recording")
 
 
 def without(*signals: str) -> Replay:
     """The replay of a load that drags, with some signals not recorded."""
     drive = exact("bench")
     dragging = {"load_coulomb_friction": {"coulomb_nm": 0.1}}
-    recording = record_case(Case(0, 9, "single", dragging), drive)
+    recording = record_case(Case(0, 9, "single", dragging), drive).slice(0.0, 6.0)
     nothing = {name: np.full(len(recording), np.nan) for name in signals}
     return Replay(dataclasses.replace(recording, **nothing), drive, "recording")
 

@@ -388,7 +388,7 @@ def test_every_effect_shows_and_none_blows_up() -> None:
     """Each of the effects, drawn once, changes some signal by more than a noise floor and keeps
     all finite."""
     stage, floor = Stage.of(3, DRIVE), noise_floor(DRIVE)
-    begun = tuple(one[: round(5.0 / TICK_S)] for one in stage.reference)
+    begun = tuple(one[: round(2.5 / TICK_S)] for one in stage.reference)
     rng = np.random.default_rng(9)
     for name, effect in EFFECTS.items():
         values = effect.draw(Draw(rng, DRIVE, stage.scale))

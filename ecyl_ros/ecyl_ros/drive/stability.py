@@ -11,7 +11,7 @@ import dataclasses
 import math
 
 import numpy as np
-from scipy.linalg import expm
+import scipy
 
 from ..errors import InputError
 from .packed import pack
@@ -61,7 +61,7 @@ def closed_loop_matrix(drive: DriveParameters, stiffness: float) -> np.ndarray:
     order = len(b)
     held = np.zeros((order + 1, order + 1))
     held[:order, :order], held[:order, order] = a, b
-    step = expm(held * p["tick"])
+    step = scipy.linalg.expm(held * p["tick"])
     delay = drive.controller.delay_ticks
     used = (p["speed_by_differences"] != 0, p["speed_kept"] > 0.0, p["current_command_kept"] > 0.0)
     size = order + 3 + delay + sum(used)

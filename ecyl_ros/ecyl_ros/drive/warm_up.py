@@ -1,4 +1,7 @@
-"""Compile every kernel once, so that what runs later finds it cached."""
+"""Compile every kernel once, so that what runs later finds it cached.
+
+`python -m ecyl_ros.drive.warm_up` does it ahead of time.
+"""
 
 from __future__ import annotations
 
@@ -7,6 +10,7 @@ import time
 import numpy as np
 
 from .cascade import cascade_tick, initial_cascade_state
+from .drive_file import load_drive
 from .engine import simulate
 from .packed import pack
 from .parameters import DriveParameters
@@ -34,3 +38,7 @@ def warm_up(drive: DriveParameters) -> float:
     )
     simulate(drive, lambda index: (0.0, 0.0), 2.0 / drive.controller.rate)
     return time.perf_counter() - begin
+
+
+if __name__ == "__main__":
+    warm_up(load_drive("bench"))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.interpolate import CubicHermiteSpline, CubicSpline
+import scipy
 
 from ...errors import InputError
 from ...recording.signals import Recording
@@ -22,7 +22,7 @@ class Recorded:
     time_s: np.ndarray
     position_m: np.ndarray
     velocity_m_per_s: np.ndarray
-    spline: CubicHermiteSpline
+    spline: scipy.interpolate.CubicHermiteSpline
 
     @classmethod
     def from_recording(cls, recording: Recording, source: str) -> Recorded:
@@ -37,8 +37,9 @@ class Recorded:
         time, position = time[known], position[known]
         velocity = recording.reference_velocity_m_per_s[known]
         if not np.isfinite(velocity).all():
-            velocity = CubicSpline(time, position)(time, 1)
-        return cls(time, position, velocity, CubicHermiteSpline(time, position, velocity))
+            velocity = scipy.interpolate.CubicSpline(time, position)(time, 1)
+        spline = scipy.interpolate.CubicHermiteSpline(time, position, velocity)
+        return cls(time, position, velocity, spline)
 
     @property
     def duration_s(self) -> float:

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.interpolate import CubicSpline
+import scipy
 
 from ...arrays import FloatArray
 from ..parameters import LimitParameters
@@ -116,7 +116,7 @@ def made(points: Sequence[Point], start: State, now_s: float, begin_s: float) ->
     places = np.array([start[0], *(one.position for one in ahead)])
     if ahead[0].velocity is None:
         # (The spline takes velocities at both ends; what lies between follows.)
-        spline = CubicSpline(times, places, bc_type=((1, start[1]), (1, 0.0)))
+        spline = scipy.interpolate.CubicSpline(times, places, bc_type=((1, start[1]), (1, 0.0)))
         speeds = spline(times, 1)
     else:
         speeds = np.array([start[1], *(one.velocity for one in ahead)], dtype=float)

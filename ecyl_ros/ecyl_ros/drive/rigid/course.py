@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.interpolate import CubicSpline
+import scipy
 
 from ...arrays import BoolArray, FloatArray
 
@@ -54,7 +54,7 @@ class Course:
 
     def derived(self, values: FloatArray, order: int, earlier_s: float) -> FloatArray:
         """A derivative of float64[n] over time by a cubic spline, so much before each sample."""
-        course = CubicSpline(np.arange(values.size) / self.rate_hz, values)
+        course = scipy.interpolate.CubicSpline(np.arange(values.size) / self.rate_hz, values)
         made: FloatArray = course(np.clip(course.x - earlier_s, 0.0, course.x[-1]), order)
         return made
 

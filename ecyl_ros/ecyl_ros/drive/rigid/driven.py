@@ -7,8 +7,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
 
 from ...arrays import BoolArray, FloatArray
 from ..compiled import kernel
@@ -164,8 +164,8 @@ def _fine(values: FloatArray, ticks: int) -> FloatArray:
     """Values at every tick; between samples by a cubic spline, which hits smooth references."""
     if ticks == 1 or not np.isfinite(values).all():
         return np.repeat(values, ticks)
-    samples = np.arange(values.size)
-    made: FloatArray = CubicSpline(samples, values)(np.arange(values.size * ticks) / ticks)
+    course = scipy.interpolate.CubicSpline(np.arange(values.size), values)
+    made: FloatArray = course(np.arange(values.size * ticks) / ticks)
     return made
 
 
