@@ -53,3 +53,20 @@ def test_a_line_that_the_filter_cuts_in_fast_motion_keeps_its_order_and_size() -
     assert size == pytest.approx(0.1, rel=0.03)
     ((order, *_), *_) = strongest(signal, angle, orders, 1, every)
     assert abs(order - 12.0) > 1.0
+
+
+def test_a_whole_order_is_tried_beside_a_line_that_noise_has_moved_off_it() -> None:
+    """36 waves a turn of which a slow part of the motion tells: noise moves the strongest line off
+    by up to a wave; among the whole orders it is one of the best two."""
+    angle = 40.0 * np.sin(np.linspace(0.0, 6.0, 3000))
+    wave = 0.5 * np.sin(36.0 * angle) * np.exp(-((angle / 4.0) ** 2))
+    orders, every = angular_orders(angle, 96.0), np.ones_like(angle)
+    moved = 0
+    for seed in range(20):
+        signal = wave + 0.1 * np.random.default_rng(seed).standard_normal(3000)
+        lines = [order for order, *_ in strongest(signal, angle, orders, 4, every)]
+        told = [order for order, *_ in strongest(signal, angle, orders, 4, every, whole=2)]
+        moved += all(abs(order - 36.0) > 0.02 for order in lines)
+        assert any(abs(order - 36.0) <= 0.02 for order in told)
+        assert told[0] == lines[0] and set(lines) <= set(told)
+    assert moved >= 10

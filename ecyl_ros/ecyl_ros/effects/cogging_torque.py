@@ -8,18 +8,14 @@ from ..drive.compiled import kernel
 from .along import Along
 from .effect import Effect, Evidence, Quantity, Start, phase
 from .rigid_form import HUGE, RigidForm, Stem
-from .starts import angular_orders, strongest
+from .starts import over_rotor_turn
 from .term import Left, Term
 from .waves import ORDER, nearest_order, once_per_turn, over_turn, parts, wave
 
 
 def starts(evidence: Evidence) -> list[Start]:
     """The strongest lines of the unexplained torque over the rotor angle."""
-    angle = evidence.rotor_angle_rad
-    orders, every = angular_orders(angle, 96.0), np.ones_like(angle)
-    lines = strongest(
-        evidence.torque_nm, angle, orders, 4, every, passed=evidence.torque_over_angle
-    )
+    lines = over_rotor_turn(evidence, np.ones_like(evidence.rotor_angle_rad))
     return [
         {"amplitude_nm": height, "periods_per_rev": order, "phase_rad": shift}
         for order, height, shift in lines

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 
 import numpy as np
@@ -12,6 +13,7 @@ from .lines import explained
 from .passed import Passed
 
 _FINER = 25  # steps between a candidate and its neighbour when a line is placed
+_HIGHEST_ORDER, _LINES, _WHOLE = 96.0, 4, 2  # over a rotor turn: orders, lines of any and of whole
 
 
 def multiples(
@@ -73,12 +75,14 @@ def strongest(
     gain: FloatArray,
     at: Sequence[float] = (),
     passed: Passed | None = None,
+    whole: int = 0,
 ) -> list[tuple[float, float, float]]:
     """The `count` best lines gain x A sin(candidate x angle + phase) in `signal`.
 
     Returns (candidate, A, phase rad) with the best first: local maxima of the variance that a
-    line at the candidate explains beside a constant and a slope; then those `at` given candidates,
-    which over a short way are no maxima beside a slope.
+    line at the candidate explains beside a constant and a slope; between them, where they are
+    others, those that explain most among candidates that are `whole` numbers, so many; then those
+    `at` given candidates, which over a short way are no maxima beside a slope.
     """
     rows = np.isfinite(signal) & np.isfinite(angle) & np.isfinite(gain)
     if passed is not None:
@@ -107,12 +111,37 @@ def strongest(
         around = explained(y, x, g, base, near, seen)
         best = int(np.argmax(around[:, 0]))
         lines.append((float(near[best]), float(around[best, 1]), float(around[best, 2])))
+    orders = np.arange(math.ceil(candidates[0]), candidates[-1]) if whole else np.empty(0)
+    told = explained(y, x, g, base, orders, seen)
+    for rank, row in enumerate(np.argsort(-told[:, 0], kind="stable")[:whole].tolist()):
+        order, fineness = float(orders[row]), step / _FINER
+        if told[row, 0] > 0.0 and all(abs(order - line) > fineness for line, _, _ in lines):
+            lines.insert(2 * rank + 1, (order, float(told[row, 1]), float(told[row, 2])))
     for one, (_, size, shift) in zip(
         at, explained(y, x, g, base, np.array(at, dtype=float), seen).tolist(), strict=True
     ):
         if all(abs(one - line) > step for line, _, _ in lines):
             lines.append((one, size, shift))
     return lines
+
+
+def over_rotor_turn(evidence: Evidence, gain: FloatArray) -> list[tuple[float, float, float]]:
+    """(order, A, phase rad) of the strongest lines gain x A sin(order x rotor angle + phase) in the
+    unexplained torque.
+
+    Poles and slots make whole orders: the best of these are tried, too, where noise has moved the
+    strongest line off its own.
+    """
+    angle = evidence.rotor_angle_rad
+    return strongest(
+        evidence.torque_nm,
+        angle,
+        angular_orders(angle, _HIGHEST_ORDER),
+        _LINES,
+        gain,
+        passed=evidence.torque_over_angle,
+        whole=_WHOLE,
+    )
 
 
 def angular_orders(angle: FloatArray, highest: float) -> FloatArray:

@@ -9,23 +9,15 @@ from ..drive.compiled import kernel
 from .along import Along
 from .effect import Effect, Evidence, Quantity, Start, phase
 from .rigid_form import RigidForm, Stem
-from .starts import angular_orders, strongest
+from .starts import over_rotor_turn
 from .term import Term
 from .waves import ORDER, nearest_order, once_per_turn, over_turn, parts, wave
 
 
 def starts(evidence: Evidence) -> list[Start]:
     """The strongest lines of the unexplained torque, as shares of the motor's torque."""
-    angle = evidence.rotor_angle_rad
     motor_torque = evidence.drive.motor.torque_constant * evidence.current_a
-    lines = strongest(
-        evidence.torque_nm,
-        angle,
-        angular_orders(angle, 96.0),
-        4,
-        motor_torque,
-        passed=evidence.torque_over_angle,
-    )
+    lines = over_rotor_turn(evidence, motor_torque)
     return [
         {"fraction": min(share, 1.0), "periods_per_rev": order, "phase_rad": shift}
         for order, share, shift in lines
