@@ -50,6 +50,19 @@ def test_rest_is_rest_in_the_noise_of_its_sensor() -> None:
     assert rest[inside].mean() > 0.9 and rest.mean() < 0.45
 
 
+@pytest.mark.parametrize("weight_hz", [np.inf, 4.0, 2.0])
+def test_what_is_held_at_rest_has_faded_where_motion_counts(weight_hz: float) -> None:
+    """An effort at rest alone, as the balance sees it, in its lower bands too: a tenth of it is
+    left at the most in the samples that count."""
+    m = _pausing()
+    moved = motion_of(recorded(m, 20.0 * m.a, LINEAR, 0.3, 1e-6), LINEAR, "r")
+    moved = dataclasses.replace(moved, weight_hz=weight_hz)
+    held = moved.filtered((m.v == 0.0).astype(float))
+    counts = ~at_rest(moved)[moved.rows]
+    assert np.abs(held[counts]).max() < 0.1
+    assert counts.mean() > 0.4
+
+
 def test_what_friction_holds_at_rest_is_no_gap() -> None:
     """Level 9 N in motion; at rest anything below it: friction of 9 N alone is named."""
     m = _pausing()

@@ -17,7 +17,7 @@ _NOISE = 3.0  # standard deviations of noise: what is beyond is motion
 _LEAST = 2.0  # periods of the bandwidth that it lasts, so that a mere reversal is none
 _REVERSING = 3.0  # times the speed over which the sign of the speed is softened
 _ENOUGH = 0.5  # share of the samples that has to be in motion
-_SMEARED = 0.75  # periods of the bandwidth over which the filter spreads what happens at rest
+_SMEARED = 0.75  # periods of its corner over which the filter spreads what happens at one sample
 
 
 def at_rest(motion: Motion) -> BoolArray:
@@ -41,7 +41,9 @@ def at_rest(motion: Motion) -> BoolArray:
         found[begin:end] = end - begin >= shortest
     if not found.any():
         return found
-    made: BoolArray = binary_dilation(found, np.ones(_smeared(motion), dtype=bool))
+    # A rest lasts: the weight at its lower corner carries it further than the band does.
+    slowest = min(motion.bandwidth_hz, motion.weight_hz)
+    made: BoolArray = binary_dilation(found, np.ones(_smeared(motion, slowest), dtype=bool))
     return made
 
 
@@ -61,10 +63,11 @@ def reversing(motion: Motion, along: Along) -> BoolArray:
     """bool[n], where the sign of the speed is not sure, and as far as the filter carries that."""
     resting = np.abs(motion.velocity) < _REVERSING * along.soft
     resting[1:] |= np.signbit(motion.velocity[1:]) != np.signbit(motion.velocity[:-1])
-    found: BoolArray = maximum_filter1d(resting, _smeared(motion))
+    # A reversal is short, and leaves next to nothing below the band.
+    found: BoolArray = maximum_filter1d(resting, _smeared(motion, motion.bandwidth_hz))
     return found
 
 
-def _smeared(motion: Motion) -> int:
-    """Samples over which the filter spreads what happens at one."""
-    return 2 * max(1, round(_SMEARED * motion.rate_hz / motion.bandwidth_hz)) + 1
+def _smeared(motion: Motion, corner_hz: float) -> int:
+    """Samples over which a low-pass spreads what happens at one."""
+    return 2 * max(1, round(_SMEARED * motion.rate_hz / corner_hz)) + 1
