@@ -23,6 +23,10 @@ _AROUND, _NEARLY_ALL = 2.0 ** (1.0 / 3.0), 0.9  # times a frequency; of the powe
 # mass at half of it, and less the slower the motion is.
 _SLOW_HZ = 1.0
 UNMODELLED = 0.01  # share of the effort that no model of one inertia explains
+# A sweep: parts of the time in which the motion is looked at, and that have to be left; share of
+# pairs, early and late, of which the late is slower (or faster) all the same; and by how much it
+# is faster on the whole: friction that drifts changes a controlled motion by some percent.
+_WINDOWS, _FEW_WINDOWS, _ALIKE, _FASTER = 20, 4, 0.05, 1.25
 _SAME = 0.01  # of the power of what depends on position: two forms that nothing tells apart
 
 
@@ -133,6 +137,31 @@ class Along:
         effort = motion.effort[rows]
         left = effort - np.linalg.lstsq(lines.T, effort, rcond=None)[0] @ lines
         return bool(np.std(left) < UNMODELLED * np.std(effort))
+
+    @cached_property
+    def swept(self) -> bool:
+        """Whether the motion is nowhere late what it was early, as in a sweep of the frequency.
+
+        What depends on how fast it moves cannot be told from what drifts with time there.
+        """
+        motion = self.motion
+        moved = motion.usable & (np.abs(motion.velocity) > self.soft)
+        share = motion.own_s[moved] / max(float(motion.own_s.max()), 1e-12)
+        window = np.minimum((share * _WINDOWS).astype(np.int64), _WINDOWS - 1)
+        count = np.bincount(window, minlength=_WINDOWS)
+        late = np.arange(_WINDOWS) >= _WINDOWS // 2
+        for values in (motion.velocity, motion.acceleration):
+            squares = np.bincount(window, values[moved] ** 2, _WINDOWS)
+            rms = np.sqrt(squares / np.maximum(count, 1))
+            kept = rms > _STROKE * float(np.median(rms[count > 0]))
+            first, then = rms[kept & ~late], rms[kept & late]
+            if min(first.size, then.size) < _FEW_WINDOWS:
+                continue
+            more = float(np.mean(then > first[:, None]))
+            ratio = float(np.median(then) / np.median(first))
+            if min(more, 1.0 - more) < _ALIKE and max(ratio, 1.0 / ratio) > _FASTER:
+                return True
+        return False
 
     @cached_property
     def one_frequency(self) -> bool:

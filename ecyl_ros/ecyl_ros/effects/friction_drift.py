@@ -80,14 +80,19 @@ def term(along: Along) -> Term:
     )
 
 
+def _told(along: Along) -> bool:
+    """Whether a motion tells what drifts with time from what depends on the motion."""
+    return along.both_ways and not along.ramped and not along.swept
+
+
 RIGID = RigidForm(
     stems=(
         level("coulomb", "level at the first sample"),
         Stem("rate", "rate", -HUGE, HUGE, "change of the level over it"),
     ),
     term=term,
-    tried=lambda along, left: [()] if along.both_ways and not along.ramped else [],
-    untold=lambda along, left: [] if along.both_ways or along.ramped else [()],
+    tried=lambda along, left: [()] if _told(along) else [],
+    untold=lambda along, left: [] if _told(along) or along.ramped else [()],
     coefficients=lambda values: (values["coulomb"], values["coulomb"] * values["rate"]),
     void=lambda fitted: at_bound(fitted) or holds_nothing(fitted.spans[1]),
 )
