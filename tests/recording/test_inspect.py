@@ -207,6 +207,12 @@ def test_columns_are_recognised_by_their_names(
             "joint 1 moves most of 1, 2",
         ),
         (
+            "t,Drive 0 Velocity,Drive 1 Velocity,Drive 0 Angle,Drive 1 Angle,Drive 0 Torque,"
+            "Drive 1 Torque",
+            {"rotor_position": "rad", "rotor_velocity": "rad/s", "effort": "N m"},
+            "joint 0 moves most of 0, 1",
+        ),
+        (
             "t,hip_vel,knee_vel,hip_pos,knee_pos,knee_tau,knee_target_pos",
             {
                 "reference_position": "rad",
@@ -242,7 +248,7 @@ def test_signals_of_one_axis_are_proposed_together(
     assert because in "\n".join(proposed.remarks)
     fields = [one.field for one in proposed.map.signals]
     assert not {"q2", "dq_2", "tau2", "q_ddot", "tau_con1"}.intersection(fields)
-    assert not any(one.startswith("hip") or one.endswith("meas2") for one in fields)
+    assert not any(one.startswith(("hip", "Drive 1")) or one.endswith("meas2") for one in fields)
 
 
 def test_the_joint_that_moves_most_is_told_by_its_travel(tmp_path: Path) -> None:

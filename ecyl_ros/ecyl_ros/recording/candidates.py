@@ -72,8 +72,8 @@ def candidates_of(topic: TopicSurvey) -> list[Candidate]:
 
 
 def number_in(path: str) -> str:
-    """The number that a name ends with, whatever words follow it: `dq_1`, `tau2_meas`."""
-    found = re.search(r"(?<=[A-Za-z_])(\d+)(?:_[A-Za-z]+)*$", bare(path))
+    """The number that a name ends with, whatever words follow it: `dq_1`, `tau2_meas`, `M 0 v`."""
+    found = re.search(r"(?<=[A-Za-z_ ])(\d+)(?:[_ ][A-Za-z]+)*$", bare(path))
     return found[1] if found else ""
 
 
