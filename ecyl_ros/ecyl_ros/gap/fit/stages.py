@@ -3,7 +3,8 @@
 Where the flanks meet, the response to a small change is a pair of spikes, and impacts that come
 early or late do not overlap: a derivative sees no way there. Coarse steps see the valley that the
 spikes stand in, and a moving mean over more than the time they are apart by shows which way they
-have to move. Both are sharpened as the fit comes near.
+have to move. Both are sharpened as the fit comes near. Over a coarse step the response bends:
+differences one way would point beside the valley, and the fit would end on its slope.
 """
 
 from __future__ import annotations
@@ -33,8 +34,8 @@ class Stage:
     linear: bool = False
 
 
-COARSE = Stage(0.15, 0.3, wide=1e3, blur_s=0.01)
-MEDIUM = Stage(0.02, 0.1, wide=5.0, blur_s=0.003)
+COARSE = Stage(0.15, 0.3, wide=1e3, blur_s=0.01, central=True)
+MEDIUM = Stage(0.02, 0.1, wide=5.0, blur_s=0.003, central=True)
 FINE = Stage(2e-3, 0.02)
 # What can be exchanged for one another to the last digit (a torque constant, and all inertias and
 # frictions) must come out as that, or a derivative's own error would tell between them: rows at an
