@@ -5,10 +5,11 @@ from __future__ import annotations
 import dataclasses
 
 import pytest
+from other_make import replayed
 from sheets import exact
 
 from ecyl_ros.drive.engine import simulate
-from ecyl_ros.drive.parameters import DriveParameters, Gains, PositionGains
+from ecyl_ros.drive.parameters import Gains, PositionGains
 from ecyl_ros.drive.reference.spec import make_reference
 from ecyl_ros.drive.telemetry import simulation_recording
 from ecyl_ros.effects.effect import BLOCKS
@@ -16,7 +17,6 @@ from ecyl_ros.gap.locate.block import CONTROLLER_BROKEN, possible_blocks
 from ecyl_ros.gap.locate.controller_port import controller_check, delay_restores
 from ecyl_ros.gap.locate.locate import beside_the_loop, by_port
 from ecyl_ros.gap.replay.replay import Replay
-from ecyl_ros.gap.study.cylinder.cases import Case, record_case
 
 CASES = [
     ({"resistance_error": {"resistance_ohm": 1.1}}, {"motor_electrical"}),
@@ -37,17 +37,10 @@ CASES = [
 ]
 
 
-def _replay(effects: dict[str, dict[str, float]], drive: DriveParameters) -> Replay:
-    """The nominal replay of what another make of machine recorded with `effects`."""
-    recording = record_case(Case(0, 9, "single", effects), drive).slice(0.0, 6.0)
-    return Replay(recording, drive, "recording")
-
-
 @pytest.mark.parametrize(("effects", "block"), CASES, ids=[next(iter(e)) for e, _ in CASES])
 def test_port_checks_leave_the_true_block(effects, block) -> None:
     """On another make of machine the balances at the ports rule out blocks, never the true one."""
-    drive = exact("bench")
-    replay = _replay(effects, drive)
+    replay = replayed(effects)
     possible = set(possible_blocks(by_port(replay)))
     assert block <= possible
     assert len(possible) <= 3 < len(BLOCKS)
@@ -119,8 +112,7 @@ def test_a_feed_constant_within_its_tolerance_breaks_no_balance() -> None:
 def test_a_load_that_rattles_between_samples_is_no_fault_of_the_controller() -> None:
     """A force of 120 N at 28 Hz: ten ticks to a sample, and impacts in between."""
     effects = {"periodic_disturbance": {"amplitude_n": 120.0, "frequency_hz": 28.0}}
-    drive = exact("bench")
-    replay = _replay(effects, drive)
+    replay = replayed(effects)
     check = controller_check(replay)
     assert check is not None and check.ratio < CONTROLLER_BROKEN
 
@@ -135,8 +127,7 @@ def test_a_load_that_rattles_between_samples_is_no_fault_of_the_controller() -> 
 )
 def test_a_late_measurement_is_told_from_a_controller_set_up_otherwise(effects, late) -> None:
     """Both break the controller's equation; a delay restores it where it is late alone."""
-    drive = exact("bench")
-    replay = _replay(effects, drive)
+    replay = replayed(effects)
     assert possible_blocks(by_port(replay)) == ("timing", "controller")
     assert delay_restores(replay, CONTROLLER_BROKEN) == late
 

@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from sheets import exact
+from other_make import DRIVE, replayed
 
 from ecyl_ros.gap.compete import candidates
 from ecyl_ros.gap.compete.compete import compete
 from ecyl_ros.gap.fit.fit import Fitter
-from ecyl_ros.gap.replay.replay import Replay
 from ecyl_ros.gap.split import held_out
-from ecyl_ros.gap.study.cylinder.cases import Case, record_case
 
 TRUE = {
     "rotor_coulomb_friction": {"coulomb_nm": 0.1},
@@ -25,8 +23,7 @@ def test_the_search_ends_at_two_causes_where_replays_cost_too_much(
 ) -> None:
     """Three causes and no work to spare: no more than two are named, and the rest is told."""
     monkeypatch.setattr(candidates, "_ENOUGH_WORK_PER_S", 0.0)
-    drive = exact("bench")
-    replay = Replay(record_case(Case(0, 7, "pair", TRUE), drive), drive, "recording")
+    replay = replayed(TRUE, seed=7, end_s=None)
     fitter = Fitter(replay, held_out(replay.time_s))
     found = compete(fitter, tuple(TRUE), lambda stage, share: None)
     assert len(found.winner.names) <= 2
@@ -35,8 +32,7 @@ def test_the_search_ends_at_two_causes_where_replays_cost_too_much(
 
 def test_what_is_stiff_within_a_step_counts_as_more_work() -> None:
     """A dead time, which takes parts of a sub-step in small currents, costs more than a spring."""
-    drive = exact("bench")
-    replay = Replay(record_case(Case(0, 7, "pair", TRUE), drive), drive, "recording")
+    replay = replayed(TRUE, seed=7, end_s=None)
     before = replay.work
     replay.run({"spring_load": {"stiffness_n_per_m": 1e4}})
     spring = replay.work - before
@@ -48,9 +44,8 @@ def test_what_is_stiff_within_a_step_counts_as_more_work() -> None:
 
 def test_a_drive_that_no_recording_is_of_is_not_simulated() -> None:
     """A load of a hundred-thousandth counts as a loop that runs away; one of a sixtieth is run."""
-    drive = exact("bench")
-    replay = Replay(record_case(Case(0, 7, "pair", TRUE), drive), drive, "recording")
-    before, inertia = replay.work, drive.load.inertia
+    replay = replayed(TRUE, seed=7, end_s=None)
+    before, inertia = replay.work, DRIVE.load.inertia
     lost = replay.gap({"load_inertia_error": {"inertia_kg_m2": 1e-5 * inertia}})
     assert replay.work == before
     assert np.all(lost[:, replay.usable] == 1e6)

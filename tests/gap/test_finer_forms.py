@@ -3,23 +3,17 @@
 from __future__ import annotations
 
 import pytest
-from sheets import exact
+from other_make import replayed
 
 from ecyl_ros.gap.compete.candidates import Candidates
 from ecyl_ros.gap.compete.forms import Forms
 from ecyl_ros.gap.fit.fit import Fitter
-from ecyl_ros.gap.replay.replay import Replay
 from ecyl_ros.gap.split import held_out
-from ecyl_ros.gap.study.cylinder.cases import Case, record_case
-
-DRIVE = exact("bench")
 
 
 def _field(true: dict[str, dict[str, float]], names: tuple[str, ...]) -> Candidates:
     """Effects `names` on another make of machine that has those of `true`."""
-    replay = Replay(
-        record_case(Case(0, 6, "pair", true), DRIVE).slice(0.0, 6.0), DRIVE, "recording"
-    )
+    replay = replayed(true, seed=6)
     return Candidates(Fitter(replay, held_out(replay.time_s)), names)
 
 

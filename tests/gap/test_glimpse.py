@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from sheets import exact
+from other_make import replayed
 
 from ecyl_ros.gap.compete.candidates import Candidates
 from ecyl_ros.gap.fit.fit import Fitter
-from ecyl_ros.gap.replay.replay import Replay
 from ecyl_ros.gap.split import held_out
-from ecyl_ros.gap.study.cylinder.cases import Case, record_case
 
-DRIVE = exact("bench")
 TRUE = {
     "constant_load": {"force_n": -204.4},
     "torque_constant_error": {"torque_constant_nm_per_a": 0.7933},
@@ -20,9 +17,7 @@ TRUE = {
 def test_a_pair_is_found_where_its_first_steps_are_short() -> None:
     """A load found alone at a wrong torque constant, which has to grow by a tenth with the right
     one: the pair comes first, at the noise floor, before what only resembles it."""
-    replay = Replay(
-        record_case(Case(0, 6, "pair", TRUE), DRIVE).slice(0.0, 6.0), DRIVE, "recording"
-    )
+    replay = replayed(TRUE, seed=6)
     names = (*TRUE, "current_sensor_gain", "load_inertia_error", "rotor_inertia_error")
     field = Candidates(Fitter(replay, held_out(replay.time_s)), names)
     singles = field.singles(lambda share: None)

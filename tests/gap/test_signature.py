@@ -7,6 +7,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from other_make import DRIVE, recorded, replayed
 from sheets import exact
 
 from ecyl_ros.gap.compete.competition import Competition
@@ -17,23 +18,13 @@ from ecyl_ros.gap.locate.locate import by_port
 from ecyl_ros.gap.locate.signature import goes_with_current, goes_with_encoder, limit_reached
 from ecyl_ros.gap.replay.replay import Replay
 from ecyl_ros.gap.split import held_out
-from ecyl_ros.gap.study.cylinder.cases import Case, record_case
-
-
-def replayed(effects: dict[str, dict[str, float]], seed: int = 9) -> Replay:
-    """The nominal replay of what another make of machine recorded with `effects`."""
-    drive = exact("bench")
-    recording = record_case(Case(0, seed, "single", effects), drive).slice(0.0, 6.0)
-    return Replay(recording, drive, "recording")
 
 
 def without(*signals: str) -> Replay:
     """The replay of a load that drags, with some signals not recorded."""
-    drive = exact("bench")
-    dragging = {"load_coulomb_friction": {"coulomb_nm": 0.1}}
-    recording = record_case(Case(0, 9, "single", dragging), drive).slice(0.0, 6.0)
+    recording = recorded({"load_coulomb_friction": {"coulomb_nm": 0.1}})
     nothing = {name: np.full(len(recording), np.nan) for name in signals}
-    return Replay(dataclasses.replace(recording, **nothing), drive, "recording")
+    return Replay(dataclasses.replace(recording, **nothing), DRIVE, "recording")
 
 
 def said(replay: Replay) -> str | None:
@@ -129,10 +120,10 @@ def test_a_gap_without_currents_is_laid_to_the_nearest_effect_alone() -> None:
 def test_a_limit_is_looked_for_however_small_the_floor() -> None:
     """A clipped sine without noise reaches its limit, a smaller whole one does not."""
     sine = 2.0 * np.sin(np.linspace(0.0, 60.0, 6000))
-    for recorded, reached in ((np.clip(sine, -1.0, 1.0), True), (0.5 * sine, False)):
+    for current, reached in ((np.clip(sine, -1.0, 1.0), True), (0.5 * sine, False)):
         replay = SimpleNamespace(
             signals=[SimpleNamespace(name="current_q")],
-            recorded=recorded[None, :],
+            recorded=current[None, :],
             floor=np.array([1e-12]),
             usable=np.ones(len(sine), dtype=bool),
             simulate=lambda effects: sine[None, :],

@@ -23,10 +23,11 @@ _AROUND, _NEARLY_ALL = 2.0 ** (1.0 / 3.0), 0.9  # times a frequency; of the powe
 # mass at half of it, and less the slower the motion is.
 _SLOW_HZ = 1.0
 UNMODELLED = 0.01  # share of the effort that no model of one inertia explains
-# A sweep: parts of the time in which the motion is looked at, and that have to be left; share of
-# pairs, early and late, of which the late is slower (or faster) all the same; and by how much it
-# is faster on the whole: friction that drifts changes a controlled motion by some percent.
-_WINDOWS, _FEW_WINDOWS, _ALIKE, _FASTER = 20, 4, 0.05, 1.25
+# A sweep: parts of the time in which the motion is looked at, and that have to be left; of the
+# median one's speed, what is rest; share of pairs, early and late, of which the late is slower (or
+# faster) all the same; and by how much it is faster on the whole: friction that drifts changes a
+# controlled motion by some percent.
+_WINDOWS, _FEW_WINDOWS, _RESTS, _ALIKE, _FASTER = 20, 4, 0.1, 0.05, 1.25
 _SAME = 0.01  # of the power of what depends on position: two forms that nothing tells apart
 
 
@@ -153,7 +154,7 @@ class Along:
         for values in (motion.velocity, motion.acceleration):
             squares = np.bincount(window, values[moved] ** 2, _WINDOWS)
             rms = np.sqrt(squares / np.maximum(count, 1))
-            kept = rms > _STROKE * float(np.median(rms[count > 0]))
+            kept = rms > _RESTS * float(np.median(rms[count > 0]))
             first, then = rms[kept & ~late], rms[kept & late]
             if min(first.size, then.size) < _FEW_WINDOWS:
                 continue

@@ -111,18 +111,29 @@ def strongest(
         around = explained(y, x, g, base, near, seen)
         best = int(np.argmax(around[:, 0]))
         lines.append((float(near[best]), float(around[best, 1]), float(around[best, 2])))
-    orders = np.arange(math.ceil(candidates[0]), candidates[-1]) if whole else np.empty(0)
-    told = explained(y, x, g, base, orders, seen)
-    for rank, row in enumerate(np.argsort(-told[:, 0], kind="stable")[:whole].tolist()):
-        order, fineness = float(orders[row]), step / _FINER
-        if told[row, 0] > 0.0 and all(abs(order - line) > fineness for line, _, _ in lines):
-            lines.insert(2 * rank + 1, (order, float(told[row, 1]), float(told[row, 2])))
+    if whole:
+        orders = np.arange(math.ceil(candidates[0]), candidates[-1])
+        told = np.column_stack([orders, explained(y, x, g, base, orders, seen)])
+        _put_between(lines, told[np.argsort(-told[:, 1], kind="stable")[:whole]], step / _FINER)
     for one, (_, size, shift) in zip(
         at, explained(y, x, g, base, np.array(at, dtype=float), seen).tolist(), strict=True
     ):
         if all(abs(one - line) > step for line, _, _ in lines):
             lines.append((one, size, shift))
     return lines
+
+
+def _put_between(
+    lines: list[tuple[float, float, float]], others: FloatArray, fineness: float
+) -> None:
+    """Put a line behind each of the first `lines`, where it explains anything and is another.
+
+    others: float64[k, 4], candidate, variance explained, size and phase, best first. fineness: what
+    is nearer to a line than that is the same.
+    """
+    for rank, (one, variance, size, shift) in enumerate(others.tolist()):
+        if variance > 0.0 and all(abs(one - line) > fineness for line, _, _ in lines):
+            lines.insert(2 * rank + 1, (one, size, shift))
 
 
 def over_rotor_turn(evidence: Evidence, gain: FloatArray) -> list[tuple[float, float, float]]:

@@ -97,7 +97,7 @@ def _inertia(balance: Balance, fit: Solution) -> Interval:
 def _lower(balance: Balance, inertia: float, machine: Machine) -> Iterator[Balance]:
     """The same balance, each time in half the band, as far down as the recording is long enough."""
     motion = balance.motion
-    hertz = 0.5 * min(motion.weight_hz, motion.bandwidth_hz)
+    hertz = 0.5 * motion.corner_hz
     while hertz * balance.stretch_s >= _PERIODS:
         lower = in_lower_band(motion, hertz)
         if lower is None:

@@ -114,6 +114,11 @@ class Motion(Course):
         return np.concatenate([low_passed(sos, values[one]) for one in self.parts])
 
     @property
+    def corner_hz(self) -> float:
+        """The lower corner of the parallel filter: of its band, or of its weight."""
+        return min(self.bandwidth_hz, self.weight_hz)
+
+    @property
     def counted(self) -> FloatArray | float:
         """By what compared efforts were divided, float64[m] or one for all."""
         return 1.0
@@ -153,8 +158,7 @@ class Motion(Course):
     @cached_property
     def _response(self) -> FloatArray:
         """What the parallel filter makes of one sample of 1, float64[2 m + 1]."""
-        slowest = min(self.bandwidth_hz, self.weight_hz)
-        side = math.ceil(_REMEMBERED * self.rate_hz / slowest)
+        side = math.ceil(_REMEMBERED * self.rate_hz / self.corner_hz)
         alone = np.zeros(2 * side + 1)
         alone[side] = 1.0
         made = self._parallel(alone)

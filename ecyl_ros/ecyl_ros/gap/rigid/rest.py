@@ -42,8 +42,9 @@ def at_rest(motion: Motion) -> BoolArray:
     if not found.any():
         return found
     # A rest lasts: the weight at its lower corner carries it further than the band does.
-    slowest = min(motion.bandwidth_hz, motion.weight_hz)
-    made: BoolArray = binary_dilation(found, np.ones(_smeared(motion, slowest), dtype=bool))
+    made: BoolArray = binary_dilation(
+        found, np.ones(_smeared(motion, motion.corner_hz), dtype=bool)
+    )
     return made
 
 
