@@ -91,6 +91,33 @@ def test_friction_by_direction_gives_way_to_a_level_beside_a_load() -> None:
     assert found.values["constant_load"]["force_n"] == pytest.approx(-42.5, rel=0.03)
 
 
+def test_friction_by_direction_gives_way_to_a_level_beside_drag_of_the_rotor() -> None:
+    """Drag of the rotor rises on the load as well, but not where the flanks part: begun from what
+    comes near, a level of the load and drag of the rotor reach the floor, and not both on one."""
+    true = {
+        "load_coulomb_friction": {"coulomb_nm": 0.12},
+        "rotor_viscous_friction": {"viscous_nm_s_per_rad": 0.02},
+    }
+    field = _field(true, (*true, "load_viscous_friction", "direction_dependent_friction"))
+    near = field.fitter.evaluate(
+        {
+            "direction_dependent_friction": {
+                "coulomb_positive_nm": 0.12,
+                "coulomb_negative_nm": 0.12,
+                "viscous_positive_nm_s_per_rad": 0.02,
+                "viscous_negative_nm_s_per_rad": 0.02,
+            }
+        }
+    )
+    (best,) = field.polish([near])
+    assert best.fitted > 2.0 * field.fitter.perfect**2
+    found = Forms(field).simplified(best)
+    assert set(found.names) == set(true)
+    assert found.fitted < 1.3 * field.fitter.perfect**2
+    drag = found.values["rotor_viscous_friction"]["viscous_nm_s_per_rad"]
+    assert drag == pytest.approx(0.02, rel=0.03)
+
+
 def test_a_set_of_two_plain_forms_takes_the_place_of_two_general_ones() -> None:
     """Friction by direction and a shaft that hardens can be both what is plain: told at once, where
     neither alone comes near."""

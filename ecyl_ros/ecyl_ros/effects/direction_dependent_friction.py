@@ -37,13 +37,21 @@ def modify(record: np.ndarray, values: Mapping[str, float], drive: DriveParamete
 
 
 def gives_way(values: Start, drive: DriveParameters) -> list[dict[str, Start]]:
-    """Friction of one level and a constant load: they differ from it where the motion rests."""
+    """Friction of one level and a constant load, which differ from it where the motion rests; or
+    beside drag of the rotor, which differs where the flanks part."""
     forwards, backwards = values["coulomb_positive_nm"], values["coulomb_negative_nm"]
     known = {one.name for one in bristle("load")}
     friction = {key: value for key, value in values.items() if key in known}
     friction["coulomb_nm"] = 0.5 * (forwards + backwards)
     load = 0.5 * (forwards - backwards) / drive.transmission.rod_per_rotor
-    return [{"load_coulomb_friction": friction, "constant_load": {"force_n": load}}]
+    rises = [values[f"viscous_{one}_nm_s_per_rad"] for one in ("positive", "negative")]
+    found: list[dict[str, Start]] = [
+        {"load_coulomb_friction": friction, "constant_load": {"force_n": load}}
+    ]
+    if min(rises) > 0.0:
+        drag = {"viscous_nm_s_per_rad": 0.5 * sum(rises)}
+        found.append({"load_coulomb_friction": friction, "rotor_viscous_friction": drag})
+    return found
 
 
 EFFECT = Effect(

@@ -24,7 +24,7 @@ from .begin import Beginnings
 from .chained import chained
 from .earn import AT_FLOOR
 from .joint import joined
-from .promise import Promise, Promises, best_of_each
+from .promise import Promise, Promises, best_of_each, foremost
 
 STARTS = 6  # of one effect alone
 _STARTS_IN_SETS = 2
@@ -181,12 +181,12 @@ class Candidates:
         self.library = started
         report(0.3)
         order = self._promises.best(self.null, started)
-        kept = order[:KEPT_SINGLES]
+        kept = foremost(order, KEPT_SINGLES)
         fitted = self.search(self._sized(kept), [one.score for one in kept])
         report(0.7)
         polished = self._afresh(self.front(fitted))
         self.library = started + fitted + polished
-        rest = [one.fit for one in order[KEPT_SINGLES:]]
+        rest = [one.fit for one in order if one not in kept]
         report(1.0)
         return sorted(polished + fitted[len(polished) :] + rest, key=lambda one: one.fitted)
 
@@ -224,7 +224,7 @@ class Candidates:
         for rank, first in enumerate(firsts):
             most = STARTS if rank == 0 else _STARTS_IN_SETS
             promised += self._promises.best(first, self.starts(first, self.names, most))
-        order = best_of_each(promised)[:_KEPT_SETS]
+        order = foremost(best_of_each(promised), _KEPT_SETS)
         return self._sized(order), [one.score for one in order]
 
     def _best_of(self, sets: Sequence[Fit], promised: Sequence[float]) -> list[Fit]:

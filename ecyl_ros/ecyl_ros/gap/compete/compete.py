@@ -82,8 +82,9 @@ def compete(
         fitter.test_floor(fitted[0])
         pool += fitted
         best = field.settled(forms.simplified(fitted[0], fitted))
-        if size == 2 and not at_noise(fitter, best):
+        if size == 2 and not surely_at_noise(fitter, best):
             fitted = field.exchanged([best, *fitted])
+            fitter.test_floor(fitted[0])
             if fitted[0] is not best:
                 best = field.settled(forms.simplified(fitted[0], fitted))
         if not at_noise(fitter, best):

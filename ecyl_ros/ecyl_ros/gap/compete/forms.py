@@ -15,7 +15,7 @@ from ..fit.descent import glimpse
 from ..fit.fit import Fit
 from ..side_by_side import side_by_side
 from .candidates import BEHIND, SEARCHED_SETS, STARTS, Candidates
-from .earn import at_noise, earns
+from .earn import earns, surely_at_noise
 
 
 class Forms:
@@ -29,11 +29,14 @@ class Forms:
 
         In several places at once where `others`, fitted already, have them; in each place alone,
         then all that it may have together: friction that is the same in both directions is a level
-        and a rise with speed. Sets that it gives way to have to do better: friction of one level
-        beside a constant load differs by direction, too, until the motion rests.
+        and a rise with speed. Sets that it gives way to come first, and have to do better: friction
+        of one level beside a constant load differs by direction, too, until the motion rests.
         """
         best = self._special(best, others)
         for name in best.names:
+            found = None if surely_at_noise(self.fitter, best) else self._giving_way(best, name)
+            if found is not None and earns(self.fitter, found, best):
+                return found
             refines = [one for one in CATALOGUE[name].refines if one in self.names]
             for simple in [
                 *((one,) for one in refines),
@@ -45,9 +48,6 @@ class Forms:
                 found = self._near(start, best) if start is not None else None
                 if found is not None and _nearly_as_good(found, best):
                     return found
-            found = None if at_noise(self.fitter, best) else self._giving_way(best, name)
-            if found is not None and earns(self.fitter, found, best):
-                return found
         return best
 
     @staticmethod
@@ -70,7 +70,9 @@ class Forms:
             return None
         rest = self.fitter.without(best, [name])
         started = [self.fitter.evaluate({**rest.values, **one}, rest.pulls) for one in sets]
-        return self.field.polish(self.field.searched(started)[:1])[0]
+        found = self.field.polish(self.field.searched(started)[:1])[0]
+        self.fitter.test_floor(found)
+        return found
 
     def _near(self, start: Fit, best: Fit) -> Fit | None:
         """A fit from a start near its end; None where it comes nowhere near the best."""

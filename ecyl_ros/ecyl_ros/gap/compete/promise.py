@@ -20,6 +20,7 @@ from .joint import resized
 
 _STRIDE = 5  # responses are added up on every fifth sample
 _LARGEST = 5.0  # times a start that its response may suggest
+_SHOWN = 2  # further sets that go on, for what their replays have shown
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,6 +41,17 @@ def best_of_each(promises: Iterable[Promise]) -> list[Promise]:
         if key not in best or one.score < best[key].score:
             best[key] = one
     return sorted(best.values(), key=lambda one: one.score)
+
+
+def foremost(promises: Sequence[Promise], most: int) -> list[Promise]:
+    """The first of promises, and those beyond whose replay alone leaves least, if that is less than
+    what their base leaves: it holds where responses do not add up.
+
+    promises: of one start for each set, most promising first. most: so many go by their promise.
+    """
+    shown = [one for one in promises[most:] if one.fit.fitted < one.base.fitted]
+    shown.sort(key=lambda one: one.fit.fitted)
+    return [*promises[:most], *shown[:_SHOWN]]
 
 
 class Promises:
