@@ -89,6 +89,19 @@ def test_drag_of_a_spin_one_way_is_told_from_a_level_by_its_run_up() -> None:
     assert value == pytest.approx(1.5e-4, rel=0.05)
 
 
+@pytest.mark.parametrize(("inertia", "shown"), [(0.02, True), (2e-6, False)])
+def test_an_inertia_that_the_recording_does_not_show_is_asked_for(
+    inertia: float, shown: bool
+) -> None:
+    """Both are left out of the file; next to the friction the smaller one is nothing."""
+    m, bare = motion(1.5), dataclasses.replace(ROTARY, inertia=None)
+    effort = inertia * m.a + 0.3 * np.sign(m.v)
+    result = diagnose(recorded(m, effort, bare, 0.01, 1e-5), bare)
+    (note,) = (one for one in result.notes if one.startswith("load.inertia is left out"))
+    assert ("fitted to the recording" in note) is shown
+    assert ("does not show it: stated in the drive file" in note) is not shown
+
+
 def test_a_speed_of_another_scale_is_said_first() -> None:
     """Recorded at half the rate of the position: that is said first; at the whole it is not."""
     m = motion(1.5)

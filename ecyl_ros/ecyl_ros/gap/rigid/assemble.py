@@ -20,6 +20,7 @@ from .closest import closest
 from .judge import Judgement
 from .left_out import costs
 from .locate import by_condition, by_frequency, by_port
+from .machine_values import ALL_THAT_MOVES
 from .measured import measured
 from .other_motion import unused_motion
 from .replay import Replay, replay
@@ -68,8 +69,13 @@ def assembled(
         best = closest(along, whole, untold if named else ())
     gap = SignalGap(motion.effort_name, motion.effort_unit, ruling.before, ruling.after, floor)
     before = contest.nominal.rms(judgement.judged)
+    totals = measured(
+        balance, along, told, named={one.key for one in order} if named else (), floor=floor
+    )
     # What was found comes first, what no such drive can show last.
     said = [*judgement.notes, *motion.notes]
+    inertia = any(one.meaning.startswith(ALL_THAT_MOVES) for one in totals)
+    lacking = costs(motion, along, mode, inertia=inertia)
     unused = [note for one in recordings for note in unused_motion(one, judgement.machine)]
     return Diagnosis(
         source=source,
@@ -88,7 +94,7 @@ def assembled(
         steps=reached,
         candidates=_candidates(judgement),
         # Of two lines of one effect the same may be said.
-        notes=tuple(dict.fromkeys([*said, *unused, *costs(motion, along, mode), *played.notes])),
+        notes=tuple(dict.fromkeys([*said, *unused, *lacking, *played.notes])),
         values=_values(judgement, best) if named and best is not None else {},
         series=_series(judgement, ruling, played, int(recordings[0].stamp_ns[0])),
         replays=contest.fits,
@@ -99,16 +105,7 @@ def assembled(
         margin=ruling.margin,
         duration_s=sum(one.duration_s for one in recordings),
         rate_hz=min(one.rate_hz for one in recordings),
-        measured=(
-            *measured(
-                balance,
-                along,
-                told,
-                named={one.key for one in order} if named else (),
-                floor=floor,
-            ),
-            *played.measured,
-        ),
+        measured=(*totals, *played.measured),
         floor_is=judgement.floor_is,
         closest=best,
         judged=closest(along, ruling.final),

@@ -8,10 +8,10 @@ from ...effects.along import Along
 from .motion import Motion
 
 
-def costs(motion: Motion, along: Along, mode: float | None) -> list[str]:
+def costs(motion: Motion, along: Along, mode: float | None, *, inertia: bool) -> list[str]:
     """As notes: of the motion, of each key of the file, of the kind of drive.
 
-    mode: that was judged, None for all.
+    mode: that was judged, None for all. inertia: whether the recording shows it.
     """
     machine = along.machine
     side = "load" if machine.linear else "rotor"
@@ -47,10 +47,16 @@ def costs(motion: Motion, along: Along, mode: float | None) -> list[str]:
         )
     if not (along.known_inertia or along.model.keys.inertia):
         key = "load.mass" if machine.linear else "load.inertia"
-        notes.append(
-            f"{key} is left out and was fitted to the recording: a wrong one, or a wrong gain of "
-            "the effort, cannot be seen"
-        )
+        if inertia:
+            notes.append(
+                f"{key} is left out and was fitted to the recording: a wrong one, or a wrong gain "
+                "of the effort, cannot be seen"
+            )
+        else:
+            notes.append(
+                f"{key} is left out, and the recording does not show it: stated in the drive "
+                "file, it would tell what goes with the acceleration (a weight, a spring) apart"
+            )
     if not machine.loop_known:
         notes.append(
             "no controller in the drive file: delays and limits of the loop are not judged"

@@ -16,6 +16,7 @@ from ..diagnosis import Measured
 
 _OF_A_MOMENT = ("friction_drift", "local_jam")  # levels of a time or a place, not of the machine
 _LOADED = "constant load included"  # in a friction's meaning: of either sign, then
+ALL_THAT_MOVES = "all that moves"  # what an inertia or a mass is of
 
 
 def machine_value(
@@ -32,7 +33,7 @@ def machine_value(
     if term.key == "inertia":
         if span.low <= 0.0:  # not seen, or taken by what else is found
             return None
-        return Measured(*span, "all that moves", model.inertia)
+        return Measured(*span, ALL_THAT_MOVES, model.inertia)
     load = model.constant if "constant" not in keys else 0.0
     viscous, level = "friction in proportion to speed", "friction level"
     totals = {
