@@ -77,3 +77,22 @@ def test_an_effort_that_is_hardly_ever_new_is_refused_with_the_reason() -> None:
     )
     with pytest.raises(InputError, match=r"or an effort that is new more often than every 0\.2 s"):
         diagnose(slow, LINEAR)
+
+
+@pytest.mark.parametrize("referred", [False, True])
+def test_friction_is_found_in_a_motion_that_is_refreshed_slowly(referred: bool) -> None:
+    """All that is measured is new every 10 ms at 1 kHz, beside a reference that is new in each row,
+    or without one: Coulomb friction within its interval, and a note that says so."""
+    fresh = recorded(M, 20.0 * M.a + 9.0 * S, LINEAR, 0.3, 1e-6)
+    asked = {"reference_position_m": M.q, "reference_velocity_m_per_s": M.v} if referred else {}
+    slow = dataclasses.replace(
+        fresh,
+        rod_force_n=_held(np.array(fresh.rod_force_n), 10),
+        rod_position_m=_held(np.array(fresh.rod_position_m), 10),
+        **asked,
+    )
+    result = diagnose(slow, LINEAR)
+    assert set(causes(result)) == {"load_coulomb_friction"}
+    (level,) = causes(result)["load_coulomb_friction"].parameters
+    assert level.low <= 9.0 <= level.high
+    assert any("the position is new only every 10 ms" in note for note in result.notes)

@@ -27,12 +27,12 @@ def machine_value(
     span: of the term's value. keys: of all terms that were fitted.
     """
     model, units = along.model, along.units
+    if term.key in ("gain", "inertia") and span.low <= 0.0:
+        return None  # not seen, or taken by what else is found
     if term.key == "gain":
         meaning = "output effort per unit of the signal"
         return Measured(*span, meaning, along.machine.gain)
     if term.key == "inertia":
-        if span.low <= 0.0:  # not seen, or taken by what else is found
-            return None
         return Measured(*span, ALL_THAT_MOVES, model.inertia)
     load = model.constant if "constant" not in keys else 0.0
     viscous, level = "friction in proportion to speed", "friction level"

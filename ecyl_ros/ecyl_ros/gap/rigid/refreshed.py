@@ -1,4 +1,4 @@
-"""An effort that is refreshed more slowly than the motion is logged: the rows that are new.
+"""An effort or a motion that is refreshed more slowly than it is logged: the rows that are new.
 
 Between them a logger repeats what it was told last, and a fit that compares an old effort with a
 new motion finds whatever goes with the phase of a stroke.
@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...arrays import FloatArray
-from ...recording.held import EQUAL, FEWEST, SLOW, held
+from ...recording.held import EQUAL, FEWEST, SLOW, fresh_rows, held
+from ...recording.signals import FOREIGN_SIGNALS, SIGNALS, Recording
 
 _REGULAR = 0.6  # share of the values that last as long as usual
 _OLD = 0.5  # share of the rows, while the position goes on, that repeat the one before
@@ -42,6 +43,16 @@ def new_rows(effort: FloatArray, position: FloatArray) -> NDArray[np.int64] | No
     if not old or not held(lasts, leaps, _smallest(values[new]), _REGULAR):
         return None
     return known[new[1:]]  # how old the first one is nobody knows
+
+
+def new_motion(recording: Recording) -> NDArray[np.int64] | None:
+    """Rows of a recording where its measured motion is new; None where it is in every row.
+
+    Of a table that holds a reference, too: without a loop to replay, none is needed between them.
+    """
+    names = [one for one in (*SIGNALS, *FOREIGN_SIGNALS) if recording.has(one)]
+    measured = [one for one in names if not one.startswith("reference_")]
+    return fresh_rows({one: recording.signal(one) for one in measured})
 
 
 def _smallest(values: FloatArray) -> float:
