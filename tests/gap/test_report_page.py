@@ -73,7 +73,9 @@ def test_one_plain_sentence_says_what_came_out() -> None:
         "gap on held-out data (50.0 % by constants within the data sheet alone); the"
         in sentence(dataclasses.replace(own, within_sheet=half))
     )
-    partly = dataclasses.replace(VERDICTS["partly_explained"], misfit_after=2.0)
+    partly = dataclasses.replace(
+        VERDICTS["partly_explained"], misfit_after=2.0, misfit_best=2.0, misfit_perfect=1.0
+    )
     assert sentence(partly).startswith(
         "The gap is partly explained by Coulomb friction on the rotor of 0.3802 N m (0.3790 to "
         "0.3814) and a wrong backlash of 9.652 mrad (9.640 to 9.660). Adding them removes 77.8 %"
@@ -82,6 +84,10 @@ def test_one_plain_sentence_says_what_came_out() -> None:
     closed = dataclasses.replace(partly, misfit_after=1.0, misfit_perfect=1.0)
     assert "what remains is about what a perfect model would leave, most clearly" in sentence(
         closed
+    )
+    unsure = dataclasses.replace(partly, misfit_best=1.0)
+    assert "what remains is explained by effects that are too unsure to be named" in sentence(
+        unsure
     )
     assert sentence(VERDICTS["no_gap"]).startswith(
         "There is no gap to explain: the nominal model already reaches the measurement noise."

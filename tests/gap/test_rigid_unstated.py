@@ -29,6 +29,21 @@ def test_a_joint_that_moves_for_a_tenth_of_the_time_shows_its_friction() -> None
     assert found["rotor_coulomb_friction"].parameters[0].value == pytest.approx(0.3, rel=0.05)
 
 
+def test_the_weight_of_an_arm_that_rests_most_of_a_short_recording_is_named() -> None:
+    """Six moves of 0.35 s in 6 s: what moves is parted into stretches enough to be sure."""
+    t = np.arange(int(6.0 * RATE_HZ)) / RATE_HZ
+    phase = np.minimum((t % 1.0) / 0.35, 1.0)
+    peaks = np.array([3.0, -1.8, 2.7, -4.2, 0.9, 2.4])[t.astype(int)]
+    v = np.where(phase < 1.0, peaks * np.sin(np.pi * phase) ** 2, 0.0)
+    m = along(v)
+    effort = 0.02 * m.a + 0.5 * np.sin(m.q) + 0.05 * np.sign(m.v)
+    result = diagnose(recorded(m, effort, ROTARY, 0.03, 1e-5), ROTARY)
+    found = causes(result)
+    assert result.verdict == "explained"
+    assert set(found) == {"gravity_on_arm", "rotor_coulomb_friction"}
+    assert found["gravity_on_arm"].parameters[0].value == pytest.approx(0.5, rel=0.05)
+
+
 def test_friction_is_named_though_the_drive_chatters_at_its_top_speed() -> None:
     """Friction of both forms, which the file leaves out; what does not repeat is a third of it."""
     m = motion(1.5)

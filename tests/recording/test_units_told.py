@@ -245,12 +245,19 @@ def test_inspect_says_what_is_wrong_with_a_unit(
 def test_a_column_called_time_is_in_seconds_unless_its_steps_say_that_it_is_not(
     tmp_path: Path,
 ) -> None:
-    """Rows 400 apart are in us, and a remark says that this is guessed; rows 1 apart are in s."""
-    for step, unit in ((400, "us"), (1, "s")):
+    """Rows 400 apart are in us, and a remark says that this is guessed; rows 1 apart are in s, and
+    one says that this is slow; rows 0.1 apart are, without a word."""
+    for step, unit, said in (
+        (400, "us", ["guessed from the steps"]),
+        (1, "s", ["goes up by 1: few drives are logged so slowly"]),
+        (0.1, "s", []),
+    ):
         rows = "\n".join(f"{step * row},{math.sin(0.01 * row)}" for row in range(300))
-        path = tmp_path / f"{unit}.csv"
+        path = tmp_path / f"{step}.csv"
         path.write_text(f"time,rotor_position [rad]\n{rows}\n")
         proposal = propose(survey(path))
         assert proposal.map is not None and proposal.map.time is not None
         assert proposal.map.time.unit == unit
-        assert any("guessed" in one for one in proposal.remarks) == (unit != "s")
+        remarks = [one for one in proposal.remarks if one.startswith("time:")]
+        assert len(remarks) == len(said)
+        assert all(told in one for told, one in zip(said, remarks, strict=True))

@@ -79,6 +79,11 @@ def table_clock(source: TableSource, topic: str, signal_map: SignalMap | None) -
                 )
             elif guess != "s" or not called:
                 remarks.append(f"time: {column.unit} is guessed from the steps of {column.field}")
+            elif _step(raw) > _LONGEST_S:
+                remarks.append(
+                    f"time: s is assumed for {column.field}, though it goes up by {_step(raw):g}: "
+                    "few drives are logged so slowly; say ms, or the rate, if it counts these"
+                )
         if column.wrap is None and not dated:
             found = find_clock_wrap(raw.astype(np.float64))
             if found is not None:

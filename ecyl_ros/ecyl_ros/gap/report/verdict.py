@@ -254,6 +254,8 @@ def _partly(diagnosis: Diagnosis) -> str:
     what = "structure that nothing in the catalogue explains remains"
     if 0.0 < diagnosis.misfit_after <= _NOISE * diagnosis.misfit_perfect:
         what = "what remains is about what a perfect model would leave"
+    elif 0.0 < diagnosis.misfit_best <= _NOISE * diagnosis.misfit_perfect:
+        what = "what remains is explained by effects that are too unsure to be named"
     return (
         f"The gap is partly explained by {_named(diagnosis)}. {_adding(diagnosis)}; {what}{where}."
         f"{_sureness(diagnosis)}{_doubts(diagnosis)}"

@@ -98,7 +98,7 @@ class Balance:
         self.usable: BoolArray = moving if self.rests else motion.usable[rows]
         part = self.time_s[self.usable]
         begin, end = (float(part[0]), float(part[-1])) if part.size else (0.0, 1.0)
-        self.stretch_s = stretch_length(end - begin)
+        self.stretch_s = stretch_length(end - begin, float(self.usable.sum()) / self._rate)
         self.stretch: NDArray[np.int64] = np.floor((self.time_s - begin) / self.stretch_s).astype(
             np.int64
         )
@@ -284,10 +284,14 @@ def beside(values: FloatArray, columns: FloatArray) -> FloatArray:
     return left
 
 
-def stretch_length(duration_s: float) -> float:
-    """Length of a stretch: 0.5 s, longer in long recordings, shorter where there are too few."""
+def stretch_length(duration_s: float, moving_s: float | None = None) -> float:
+    """Length of a stretch: 0.5 s, longer in long recordings, shorter where there are too few.
+
+    moving_s: of the duration, time with motion; all of it unless given.
+    """
     longest = max(STRETCH_S, duration_s / MOST_STRETCHES)
-    return max(min(longest, duration_s / (4 * HELD_OUT_EVERY)), 1e-6)
+    told_s = duration_s if moving_s is None else min(moving_s, duration_s)
+    return max(min(longest, told_s / (4 * HELD_OUT_EVERY)), 1e-6)
 
 
 def _scale(residual: FloatArray) -> float:
