@@ -208,16 +208,16 @@ def motion_of(
     Raises:
         InputError: no position or speed of the output, too few samples, or no sample of the mode.
     """
-    fresh = None if machine.loop_known else new_motion(recording)
+    fresh, said = None if machine.loop_known else new_motion(recording), []
     if fresh is not None:
         recording = recording.at(fresh)
-    recording, refreshed_s = _at_new_efforts(recording, machine)
-    grid, rate, notes = even_grid(recording, source, rate_hz)
-    if fresh is not None:
-        notes.append(
-            f"the position is new only every {1e3 / rate:.3g} ms, and old in the rows "
+        said.append(
+            f"the position is new only every {1e3 / recording.rate_hz:.3g} ms, and old in the rows "
             "between: these are left out; log it as often as the reference"
         )
+    recording, refreshed_s = _at_new_efforts(recording, machine)
+    grid, rate, notes = even_grid(recording, source, rate_hz)
+    notes += said
     if refreshed_s:
         notes.append(
             f"the effort is new only every {1e3 * refreshed_s:.3g} ms, and old in the rows "
