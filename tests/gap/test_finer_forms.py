@@ -7,7 +7,7 @@ from other_make import replayed
 
 from ecyl_ros.gap.compete.candidates import Candidates
 from ecyl_ros.gap.compete.forms import Forms
-from ecyl_ros.gap.fit.fit import Fitter
+from ecyl_ros.gap.fit.fit import Fit, Fitter
 from ecyl_ros.gap.split import held_out
 
 
@@ -15,6 +15,22 @@ def _field(true: dict[str, dict[str, float]], names: tuple[str, ...]) -> Candida
     """Effects `names` on another make of machine that has those of `true`."""
     replay = replayed(true, seed=6)
     return Candidates(Fitter(replay, held_out(replay.time_s)), names)
+
+
+def _by_direction(field: Candidates, forwards: float, backwards: float, rise: float = 0.0) -> Fit:
+    """Friction by direction, fitted from levels, N m, and one rise with speed, N m s/rad."""
+    near = field.fitter.evaluate(
+        {
+            "direction_dependent_friction": {
+                "coulomb_positive_nm": forwards,
+                "coulomb_negative_nm": backwards,
+                "viscous_positive_nm_s_per_rad": rise,
+                "viscous_negative_nm_s_per_rad": rise,
+            }
+        }
+    )
+    (best,) = field.polish([near])
+    return best
 
 
 def test_stribeck_friction_begins_again_beside_viscous_friction() -> None:
@@ -52,17 +68,7 @@ def test_friction_that_is_the_same_both_ways_is_one_level() -> None:
     and takes its place."""
     true = {"load_coulomb_friction": {"coulomb_nm": 0.26}}
     field = _field(true, ("load_coulomb_friction", "direction_dependent_friction"))
-    near = field.fitter.evaluate(
-        {
-            "direction_dependent_friction": {
-                "coulomb_positive_nm": 0.26,
-                "coulomb_negative_nm": 0.26,
-                "viscous_positive_nm_s_per_rad": 0.0,
-                "viscous_negative_nm_s_per_rad": 0.0,
-            }
-        }
-    )
-    (best,) = field.polish([near])
+    best = _by_direction(field, 0.26, 0.26)
     found = Forms(field).simplified(best)
     assert found.names == ("load_coulomb_friction",)
     assert found.values["load_coulomb_friction"]["coulomb_nm"] == pytest.approx(0.26, rel=0.01)
@@ -73,17 +79,7 @@ def test_friction_by_direction_gives_way_to_a_level_beside_a_load() -> None:
     the floor; begun from it, one level and the load reach it at the machine's values."""
     true = {"load_coulomb_friction": {"coulomb_nm": 0.0576}, "constant_load": {"force_n": -42.5}}
     field = _field(true, (*true, "load_viscous_friction", "direction_dependent_friction"))
-    near = field.fitter.evaluate(
-        {
-            "direction_dependent_friction": {
-                "coulomb_positive_nm": 1e-4,
-                "coulomb_negative_nm": 0.12,
-                "viscous_positive_nm_s_per_rad": 0.0,
-                "viscous_negative_nm_s_per_rad": 0.0,
-            }
-        }
-    )
-    (best,) = field.polish([near])
+    best = _by_direction(field, 1e-4, 0.12)
     assert best.fitted > 2.0 * field.fitter.perfect**2
     found = Forms(field).simplified(best)
     assert set(found.names) == set(true)
@@ -99,17 +95,7 @@ def test_friction_by_direction_gives_way_to_a_level_beside_drag_of_the_rotor() -
         "rotor_viscous_friction": {"viscous_nm_s_per_rad": 0.02},
     }
     field = _field(true, (*true, "load_viscous_friction", "direction_dependent_friction"))
-    near = field.fitter.evaluate(
-        {
-            "direction_dependent_friction": {
-                "coulomb_positive_nm": 0.12,
-                "coulomb_negative_nm": 0.12,
-                "viscous_positive_nm_s_per_rad": 0.02,
-                "viscous_negative_nm_s_per_rad": 0.02,
-            }
-        }
-    )
-    (best,) = field.polish([near])
+    best = _by_direction(field, 0.12, 0.12, 0.02)
     assert best.fitted > 2.0 * field.fitter.perfect**2
     found = Forms(field).simplified(best)
     assert set(found.names) == set(true)

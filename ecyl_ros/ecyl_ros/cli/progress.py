@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import sys
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
@@ -11,8 +13,6 @@ _EVERY_S = 60.0  # a line in a log: what is over sooner writes none
 @contextmanager
 def progress_bar(title: str) -> Iterator[Callable[[float], None]]:
     """Yield a function that takes the share done, 0 to 1."""
-    import sys
-
     if not sys.stderr.isatty():
         yield _in_lines(title)
         return
@@ -32,9 +32,6 @@ def progress_bar(title: str) -> Iterator[Callable[[float], None]]:
 
 def _in_lines(title: str) -> Callable[[float], None]:
     """Takes the share done, and says it on the standard error once a minute."""
-    import sys
-    import time
-
     begin = last = time.monotonic()
 
     def tell(share: float) -> None:

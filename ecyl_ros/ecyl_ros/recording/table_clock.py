@@ -62,15 +62,15 @@ def table_clock(source: TableSource, topic: str, signal_map: SignalMap | None) -
             column = dataclasses.replace(column, unit=ISO)
             remarks.append(f"time: {column.field} holds dates")
         elif not column.unit:
-            unit = epoch_unit(raw)
+            unit, step = epoch_unit(raw), _step(raw)
             guess = unit or _unit_by_steps(raw)
             # What is merely called time is in s, unless its size or its steps say that it is not.
             called = bare(column.field).strip().lower() in TIME_COLUMNS
             # Whole numbers that go up unevenly are a counter's: a log by the second is even.
             steps = np.diff(raw)
             counter = bool(steps.size and np.all(raw == np.round(raw)) and np.ptp(steps) > 0.0)
-            counter = counter and _step(raw) > _LONGEST_S
-            if not unit and called and _step(raw) <= _SLOWEST_S and not counter:
+            counter = counter and step > _LONGEST_S
+            if not unit and called and step <= _SLOWEST_S and not counter:
                 guess = "s"
             column = dataclasses.replace(column, unit=guess or "s")
             if unit:
@@ -79,9 +79,9 @@ def table_clock(source: TableSource, topic: str, signal_map: SignalMap | None) -
                 )
             elif guess != "s" or not called:
                 remarks.append(f"time: {column.unit} is guessed from the steps of {column.field}")
-            elif _step(raw) > _LONGEST_S:
+            elif step > _LONGEST_S:
                 remarks.append(
-                    f"time: s is assumed for {column.field}, though it goes up by {_step(raw):g}: "
+                    f"time: s is assumed for {column.field}, though it goes up by {step:g}: "
                     "few drives are logged so slowly; say ms, or the rate, if it counts these"
                 )
         if column.wrap is None and not dated:

@@ -22,8 +22,14 @@ LOSS_SCALE = 3.0  # in noise floors: beyond it a difference counts less than its
 
 def robust_squares(values: FloatArray, scale: float = LOSS_SCALE) -> FloatArray:
     """Cauchy's square of each difference in noise floors; beyond `scale` it counts less."""
-    with np.errstate(over="ignore"):  # of a fit that is nowhere near: it costs without end
-        squares: FloatArray = scale**2 * np.log1p((values / scale) ** 2)
+    squares: FloatArray = scale**2 * np.log1p(_in_scales(values, scale))
+    return squares
+
+
+def _in_scales(values: FloatArray, scale: float) -> FloatArray:
+    """Squares of values over a scale; without end where a fit is nowhere near."""
+    with np.errstate(over="ignore"):
+        squares: FloatArray = (values / scale) ** 2
     return squares
 
 
@@ -61,8 +67,7 @@ def robust_mean_square(values: FloatArray, scale: float = LOSS_SCALE) -> float:
 
 def robust_weights(values: FloatArray, scale: float = LOSS_SCALE) -> FloatArray:
     """What each square counts for where Cauchy's loss is brought down by weighted squares."""
-    with np.errstate(over="ignore"):  # and counts for nothing
-        weights: FloatArray = 1.0 / (1.0 + (values / scale) ** 2)
+    weights: FloatArray = 1.0 / (1.0 + _in_scales(values, scale))
     return weights
 
 

@@ -91,7 +91,7 @@ class Balance:
         moving = (motion.usable & ~at_rest(motion))[rows]
         # Where it hardly ever moves there is nothing else to go by.
         enough = min(
-            _LEAST_MOVING_S * motion.rate_hz / motion.step,
+            _LEAST_MOVING_S * self._rate,
             _LEAST_MOVING * max(motion.usable[rows].sum(), 1),
         )
         self.rests = bool(moving.sum() >= enough)

@@ -42,7 +42,7 @@ from .decimated import decimated
 from .frozen import without_repeats
 from .grid import Taker, bridged, carried_on, eroded, even_grid, jumped, standing_effort, wide
 from .other_motion import told_beside, unused_motion
-from .refreshed import new_motion, new_rows
+from .refreshed import at_new_motion, new_rows
 
 _SETTLE = 1.0  # periods of the bandwidth's frequency left out at gaps
 _ENDS = 4.0  # the same at the ends, beyond which the low-passes have to guess how it moved
@@ -208,13 +208,9 @@ def motion_of(
     Raises:
         InputError: no position or speed of the output, too few samples, or no sample of the mode.
     """
-    fresh, said = None if machine.loop_known else new_motion(recording), []
-    if fresh is not None:
-        recording = recording.at(fresh)
-        said.append(
-            f"the position is new only every {1e3 / recording.rate_hz:.3g} ms, and old in the rows "
-            "between: these are left out; log it as often as the reference"
-        )
+    said: list[str] = []
+    if not machine.loop_known:
+        recording, said = at_new_motion(recording)
     recording, refreshed_s = _at_new_efforts(recording, machine)
     grid, rate, notes = even_grid(recording, source, rate_hz)
     notes += said

@@ -45,14 +45,22 @@ def new_rows(effort: FloatArray, position: FloatArray) -> NDArray[np.int64] | No
     return known[new[1:]]  # how old the first one is nobody knows
 
 
-def new_motion(recording: Recording) -> NDArray[np.int64] | None:
-    """Rows of a recording where its measured motion is new; None where it is in every row.
+def at_new_motion(recording: Recording) -> tuple[Recording, list[str]]:
+    """The recording at the rows where its measured motion is new, and a note; whole, and none,
+    where it is in every row.
 
     Of a table that holds a reference, too: without a loop to replay, none is needed between them.
     """
     names = [one for one in (*SIGNALS, *FOREIGN_SIGNALS) if recording.has(one)]
     measured = [one for one in names if not one.startswith("reference_")]
-    return fresh_rows({one: recording.signal(one) for one in measured})
+    rows = fresh_rows({one: recording.signal(one) for one in measured})
+    if rows is None:
+        return recording, []
+    kept = recording.at(rows)
+    return kept, [
+        f"the position is new only every {1e3 / kept.rate_hz:.3g} ms, and old in the rows "
+        "between: these are left out; log it as often as the reference"
+    ]
 
 
 def _smallest(values: FloatArray) -> float:
