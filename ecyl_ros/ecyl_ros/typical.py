@@ -14,4 +14,13 @@ def typical_rms(values: FloatArray) -> float:
 
     values: float64[...], one finite at the least.
     """
-    return _PER_MEDIAN * float(np.nanmedian(np.abs(values)))
+    size = np.abs(values).ravel()
+    unknown = np.isnan(size)
+    if unknown.any():
+        size = size[~unknown]
+    middle = size.size // 2
+    size.partition(middle)
+    median = float(size[middle])
+    if size.size % 2 == 0:
+        median = 0.5 * (median + float(size[:middle].max()))
+    return _PER_MEDIAN * median

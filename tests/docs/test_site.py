@@ -16,7 +16,7 @@ def test_the_documentation_builds_without_a_warning(tmp_path: Path) -> None:
     """`docs/site/build.py` ends with 0: no warning; every page and every public module is there."""
     pytest.importorskip("rclpy_cyclone.finder", reason="not beside genuine ROS, and it has pages")
     out = tmp_path / "html"
-    build = [sys.executable, ROOT / "docs" / "site" / "build.py", out, "--no-sources"]
+    build = [sys.executable, ROOT / "docs" / "site" / "build.py", out, "--no-sources", "--jobs=1"]
     built = subprocess.run(build, capture_output=True, text=True)
     assert built.returncode == 0, built.stderr[-4000:]
     assert "WARNING" not in built.stderr

@@ -24,7 +24,7 @@ def test_friction_is_named_beside_a_coupling_that_is_left_out(tmp_path: Path) ->
     closer twin; their faults are not named, and a note says so."""
     true = exact("bench")
     effects = {"rotor_coulomb_friction": {"coulomb_nm": 0.3}}
-    recording = record_case(Case(0, 8, "single", effects), true).slice(0.0, 6.0)
+    recording = record_case(Case(0, 8, "single", effects), true).slice(0.0, 4.0)
     given = {key: value for key, value in drive_to_flat(true).items() if key not in LEFT_OUT}
     nominal, twin = tmp_path / "nominal.yaml", tmp_path / "twin.yaml"
     nominal.write_text(yaml.safe_dump({"/**": {"ros__parameters": given}}))

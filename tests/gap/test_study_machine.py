@@ -387,12 +387,12 @@ def test_a_nominal_controller_with_every_extra_is_the_engines() -> None:
 def test_every_effect_shows_and_none_blows_up() -> None:
     """Each of the effects, drawn once, changes some signal by more than a noise floor and keeps
     all finite."""
-    stage, floor = Stage.of(3, DRIVE), noise_floor(DRIVE)
-    begun = tuple(one[: round(2.5 / TICK_S)] for one in stage.reference)
+    stage, floor = Stage.of(6, DRIVE), noise_floor(DRIVE)
+    begun = tuple(one[: round(1.5 / TICK_S)] for one in stage.reference)
     rng = np.random.default_rng(9)
     for name, effect in EFFECTS.items():
         values = effect.draw(Draw(rng, DRIVE, stage.scale))
-        machine = stage.with_effects({name: values}, 3)
+        machine = stage.with_effects({name: values}, 6)
         for reference in (begun, stage.reference):  # what warms up shows later
             run = run_machine(machine, stage.nuisances, DRIVE, reference)
             assert run.finite, name

@@ -28,6 +28,7 @@ _SOURCES = (
     "effects/*.py",
     "gap/fit/robust.py",
     "gap/rigid/decimated.py",
+    "gap/rigid/wave_sums.py",
     "gap/study/cylinder/*.py",
     "gap/study/rigid/*.py",
 )  # that hold kernels

@@ -19,13 +19,14 @@ def freed(gram: FloatArray, blurred: FloatArray, noise: float) -> FloatArray:
 
     No more of it than half of what they say of the acceleration. noise: its square, summed.
     """
-    if not (noise > 0.0 and np.any(blurred)):
+    if not (noise > 0.0 and blurred.any()):
         return np.zeros_like(gram)
     values, vectors = np.linalg.eigh(gram)
     told_by = values > len(gram) * np.finfo(float).eps * values[-1]
     along = (blurred @ vectors)[told_by]
-    told = noise * float(np.sum(along**2 / values[told_by]))
-    made: FloatArray = noise * min(1.0, MOST_BLUR / max(told, 1e-300)) * np.outer(blurred, blurred)
+    told = noise * float(along @ (along / values[told_by]))
+    share = noise * min(1.0, MOST_BLUR / max(told, 1e-300))
+    made: FloatArray = (share * blurred)[:, None] * blurred
     return made
 
 
@@ -50,15 +51,17 @@ def solve(
     size = np.sqrt((np.einsum("km,km->k", columns, columns) + ridge) / count)
     size[size == 0.0] = 1.0
     weighted = columns * weights
-    gram = (weighted @ columns.T) / np.outer(size, size) + np.diag(ridge / size**2)
+    gram = (weighted @ columns.T) / (size[:, None] * size)
+    gram.flat[:: size.size + 1] += ridge / size**2
     aim = weighted @ target / size
-    if np.any(blurred):
-        brought = freed(gram, blurred / size, float(weights.sum()) * noise[0] ** 2)
+    if blurred.any():
+        share = blurred / size
+        brought = freed(gram, share, float(weights.sum()) * noise[0] ** 2)
         gram -= brought
-        aim += noise[1] * brought @ (blurred / size) / float(np.sum((blurred / size) ** 2))
+        aim += noise[1] * brought @ share / float(share @ share)
     found: FloatArray = np.linalg.lstsq(gram, aim, rcond=1e-12)[0] / size
     low, high = bounds
-    if np.all((found >= low) & (found <= high)):
+    if (found >= low).all() and (found <= high).all():
         return found
     # The same minimum as of the tall problem: gram = L L', aim = L y.
     values, vectors = np.linalg.eigh(gram)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from itertools import pairwise
 
 import numpy as np
@@ -18,6 +18,7 @@ from .balance import Balance
 from .floor import Pairs, coherence, less_line, pairs
 from .lag import delay_of
 from .solution import Solution
+from .wave_sums import wave_sums
 
 _MOST = 3  # peaks tried
 # Of the time it moves no faster: there a wave has to be within the band, and in all but as much of
@@ -35,10 +36,12 @@ _PLACES = 60  # along the travel that a window can begin and end at
 _NARROW, _WIDE = 2, 24  # widths of a window, in places
 
 
-def left_by(balance: Balance, along: Along, current: Solution, same: Pairs, enough: bool) -> Left:
+def left_by(
+    balance: Balance, along: Along, current: Solution, same: Callable[[], Pairs], enough: bool
+) -> Left:
     """What a set leaves whose fit is `current`.
 
-    same: instants in the same state of motion. enough: the set has as many orders over the position
+    same: gives instants in the same state of motion. enough: the set has as many orders over the position
     as are looked for.
     """
     residual = current.residual
@@ -95,25 +98,20 @@ def _power(
 
     rates: evenly spaced. weight: what the sine is multiplied with (ones, or the effort).
     """
-    made = np.empty(rates.size)
-    total = float(np.sum(values**2))
+    if rates.size == 0:
+        return np.zeros(0)
     along = along - along.mean()
-    spacing = float(rates[1] - rates[0]) if rates.size > 1 else 0.0
-    turn = np.exp(1j * spacing * along)
+    first, count = float(rates[0]), rates.size
+    spacing = (float(rates[-1]) - first) / max(count - 1, 1)
     squares = weight**2
     both = float(squares.sum())
-    aim = values * weight
-    for index in range(rates.size):
-        # Turned on from rate to rate; restarted now and then, so that rounding does not add up.
-        if index % 256 == 0:
-            wave = np.exp(1j * rates[index] * along)
-        product = aim @ wave
-        double = squares @ (wave * wave)
-        cc, ss, cs = 0.5 * (both + double.real), 0.5 * (both - double.real), 0.5 * double.imag
-        yc, ys = product.real, product.imag
-        determinant = max(cc * ss - cs**2, 1e-9 * both**2 + 1e-300)
-        made[index] = (yc**2 * ss - 2.0 * yc * ys * cs + ys**2 * cc) / determinant
-        wave = wave * turn
+    product = wave_sums(values * weight, along, first, spacing, count)
+    double = wave_sums(squares, along, 2.0 * first, 2.0 * spacing, count)
+    cc, ss, cs = 0.5 * (both + double.real), 0.5 * (both - double.real), 0.5 * double.imag
+    yc, ys = product.real, product.imag
+    determinant = np.maximum(cc * ss - cs**2, 1e-9 * both**2 + 1e-300)
+    made: FloatArray = (yc**2 * ss - 2.0 * yc * ys * cs + ys**2 * cc) / determinant
+    total = float(np.sum(values**2))
     return made / max(total, 1e-300)
 
 
@@ -215,10 +213,12 @@ def settled(
     return rate if rate > 0.0 else begin
 
 
-def _frequencies(balance: Balance, along: Along, current: Solution, same: Pairs) -> list[float]:
+def _frequencies(
+    balance: Balance, along: Along, current: Solution, same: Callable[[], Pairs]
+) -> list[float]:
     """Hz of the strongest lines over time within the band, best first.
 
-    same: instants in the same state of motion; what they tell the phase of is the motion's own.
+    same: gives instants in the same state of motion; what they tell the phase of is the motion's own.
     """
     rows = np.flatnonzero(balance.fitted)
     time = balance.time_s[rows]
@@ -242,7 +242,7 @@ def _frequencies(balance: Balance, along: Along, current: Solution, same: Pairs)
         shakes = _line(values, time, hertz, parts) > _line(asked, time, hertz, parts)
         if _moves(balance, rows, time, rate, shakes):
             continue
-        told = coherence(same, balance.time_s, hertz)
+        told = coherence(same(), balance.time_s, hertz)
         if told >= _OF_MOTION and shakes:
             turns = not along.machine.linear and along.turns
             told = coherence(pairs(balance, turns, hertz), balance.time_s, hertz)

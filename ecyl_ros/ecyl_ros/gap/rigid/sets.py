@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Sequence
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -14,7 +15,7 @@ from ...effects.catalogue import RIGID
 from ...effects.term import Left, Term
 from ..compete.strain import STRAINED
 from .expected import log_odds
-from .floor import pairs
+from .floor import Pairs, pairs
 from .null import Null
 from .search import left_by
 from .solution import Solution
@@ -95,8 +96,12 @@ class Sets:
     def __init__(self, null: Null, floor: float, without: Collection[str]) -> None:
         self.null, self.balance, self.catalogue = null, null.balance, null.catalogue
         self.floor, self.barred = floor, set(without)
+
+    @cached_property
+    def _same(self) -> Pairs:
+        """Instants in the same state of motion."""
         catalogue = self.catalogue
-        self._same = pairs(self.balance, not catalogue.machine.linear and catalogue.along.turns)
+        return pairs(self.balance, not catalogue.machine.linear and catalogue.along.turns)
 
     def fit(self, terms: Sequence[Term]) -> Solution:
         """A set beside the null."""
@@ -123,7 +128,7 @@ class Sets:
         """What a set leaves."""
         orders = [one.effect for one in chosen if one.rate and not one.over_time]
         enough = any(orders.count(name) >= _SAME for name in orders)
-        return left_by(self.balance, self.catalogue.along, current, self._same, enough)
+        return left_by(self.balance, self.catalogue.along, current, lambda: self._same, enough)
 
     def candidates(
         self, current: Solution, chosen: Sequence[Term], among: Collection[str] | None = None

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import zlib
+from collections import deque
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
@@ -29,6 +30,7 @@ QUIET_COMMAND = 0.15  # a command without noise is held to this share of what no
 _IN_TIME = ("periodic_disturbance",)  # effects with a phase of time
 _BETWEEN_NS = 60_000_000_000  # from the begin of one recording to that of the next
 DRAWS = 60  # before no machine is called possible
+_KEPT = 4  # stages: a case is drawn on one and recorded on it
 
 
 @dataclass(frozen=True)
@@ -114,9 +116,21 @@ class Stage:
     def of(cls, seed: int, drive: DriveParameters | Setup, sheet: float = 0.0) -> Stage:
         """Draw reference, nuisances and errors; nuisances that a nominal model notices are redrawn.
 
+        The last few are remembered.
+
         sheet: relative standard deviation of the machine's constants off the drive's.
         """
-        setup = Setup.of(drive)
+        asked = (seed, Setup.of(drive), sheet)
+        for of, stage in _last:
+            if of == asked:
+                return stage
+        stage = cls._drawn(*asked)
+        _last.append((asked, stage))
+        return stage
+
+    @classmethod
+    def _drawn(cls, seed: int, setup: Setup, sheet: float) -> Stage:
+        """See `of`."""
         drive = setup.drive
         _check_noise(drive)
         rng = np.random.default_rng([seed, 0])
@@ -183,6 +197,9 @@ class Stage:
         for name, values in effects.items():
             EFFECTS[name].impose(machine, values, hidden_phases(name, seed, self.number))
         return machine
+
+
+_last: deque[tuple[tuple[int, Setup, float], Stage]] = deque(maxlen=_KEPT)
 
 
 def hidden_phases(name: str, seed: int, number: int = 0) -> FloatArray:
