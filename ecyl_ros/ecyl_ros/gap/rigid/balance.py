@@ -140,11 +140,13 @@ class Balance:
         rows: BoolArray | None = None,
         rounds: int = ROUNDS,
         prior: FloatArray | None = None,
+        begin: Solution | None = None,
     ) -> Solution:
         """Robust least squares (Cauchy loss by reweighting) within the terms' bounds.
 
         prior: see `Solution`; the price of a data sheet, (2 pull)^2, against the evidence of the
-        recording (see `gap.sheet`).
+        recording (see `gap.sheet`). begin: a fit of the same set to all rows that are fitted, whose
+        weights come first; equal weights else.
         """
         rows = self.fitted if rows is None else rows
         parts = self._parts(terms)
@@ -154,12 +156,14 @@ class Balance:
             (one.key, id(one) if one.follows else 0, one.low, one.high, one.inertia)
             for one in terms
         )
-        asked = (of, rows.tobytes(), rounds, prior.tobytes())
+        asked = (of, rows.tobytes(), rounds, prior.tobytes(), begin is None)
         found = self._fits.get(asked)
         if found is None:
             if len(self._fits) == _REMEMBERED:
                 del self._fits[next(iter(self._fits))]
-            found = self._fits[asked] = self._found(terms, parts, rows, rounds, prior)
+            found = self._fits[asked] = self._found(
+                terms, parts, rows, rounds, prior, begin
+            )
         residual, at = self.target.copy(), 0
         for one in parts:
             residual -= found.coefficients[at : at + len(one)] @ one
@@ -184,12 +188,15 @@ class Balance:
         rows: BoolArray,
         rounds: int,
         prior: FloatArray,
+        begin: Solution | None,
     ) -> _Found:
         """Coefficients by some rows alone; parts: columns of each term, float64[k, m]."""
         target, weights = self.target[rows], np.ones(int(rows.sum()))
         # What is less than the effort's rounding is no scale for anything.
         least = max(_ROUNDING * float(np.sqrt(np.mean(self.effort**2))), 1e-300)
         scale, share = max(_scale(target), least), 0.0
+        if begin is not None:
+            weights, scale = begin.weights[rows], begin.scale
         coefficients = np.zeros(prior.size)
         if terms:
             low = np.array([value for one in terms for value in one.low])
@@ -252,10 +259,12 @@ class Balance:
         kept: FloatArray = means[count >= max(3, 0.2 * count.max(initial=0))]
         return kept
 
-    def cross_validated(
-        self, terms: Sequence[Term], scale: float, prior: FloatArray | None = None
-    ) -> FloatArray:
-        """Costs of the fitted stretches, each from a fit that left out its fold."""
+    def cross_validated(self, fit: Solution, scale: float) -> FloatArray:
+        """Costs of the fitted stretches, each from a fit that left out its fold.
+
+        fit: to all of them, from whose weights those fits need one step.
+        """
+        terms = fit.terms
         fitted = self.fitted
         residual = self.target.copy()
         for number in range(self.FOLDS):
@@ -265,7 +274,7 @@ class Balance:
                 continue
             if rest.sum() < 4 * sum(one.size for one in terms) + 8:
                 return self.by_stretch(np.full(residual.size, np.inf), fitted)
-            solution = self.fit(terms, rest, 3, prior)
+            solution = self.fit(terms, rest, 1, fit.prior, fit)
             residual[out] = solution.residual[out]
         loss = robust_squares(residual, _LOSS * scale)
         return self.by_stretch(loss, fitted)

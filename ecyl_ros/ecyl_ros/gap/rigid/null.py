@@ -113,7 +113,7 @@ class Null:
         """See `Balance.cross_validated`; raised by the price of the fit to all folds, and that."""
         self.fits += self.balance.FOLDS
         fit = self.fit(terms, rounds=3)
-        costs = self.balance.cross_validated(fit.terms, scale, fit.prior)
+        costs = self.balance.cross_validated(fit, scale)
         return costs * fit.dearer, fit
 
     def strained(self, solution: Solution) -> tuple[str, ...]:
