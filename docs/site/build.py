@@ -50,7 +50,7 @@ def main(out: Path, *, sources: bool, jobs: str) -> int:
     # Kernels are documented as the functions they are compiled from.
     warnings.filterwarnings("ignore", message=".* is deprecated. Use", module="sphinx")
     os.environ["NUMBA_DISABLE_JIT"] = "1"
-    gc.set_threshold(100_000, 20, 100)  # trees of documents hold no garbage worth a tenth of the time
+    gc.set_threshold(100_000, 20, 100)  # a tenth of the time went into looking for garbage
     sys.path[:0] = sorted({str(folder.parent) for folder in PACKAGES.values()})
     from sphinx.cmd.build import main as build
     from sphinx.ext.apidoc import main as list_modules

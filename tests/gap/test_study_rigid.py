@@ -12,7 +12,7 @@ from scipy.integrate import solve_ivp
 from ecyl_ros.errors import InputError
 from ecyl_ros.gap.study.case import Case
 from ecyl_ros.gap.study.drives import Choice, RigidDrives, draw_cases
-from ecyl_ros.gap.study.rigid.cases import plan_cases, play
+from ecyl_ros.gap.study.rigid.cases import plan_cases, play, true_constants
 from ecyl_ros.gap.study.rigid.demand import demand
 from ecyl_ros.gap.study.rigid.drawn import draw_drive
 from ecyl_ros.gap.study.rigid.equations import STEP_S, Truth, run
@@ -269,6 +269,23 @@ def test_a_wrong_inertia_leaves_the_sheet() -> None:
             drawn.truth, drawn.size, np.random.default_rng(seed)
         )
         assert fault.truth.inertia / drawn.truth.inertia >= 1.25
+
+
+def test_a_constant_that_a_fault_comes_on_top_of_has_both_as_its_truth() -> None:
+    """Friction on the file's friction is their sum; by direction, or drifting, it is none."""
+    drawn = draw_drive(3, True, None, 0.05)
+
+    def true_with(effect: str) -> dict[str, float]:
+        fault = faults(True)[effect](drawn.truth, drawn.size, np.random.default_rng(2))
+        return true_constants(drawn, fault.truth)
+
+    key = "load.coulomb_friction"
+    rubs = true_with("load_coulomb_friction")[key] - drawn.constants[key]
+    assert rubs >= drawn.size.level > 0.0
+    assert "load.viscous_friction" not in true_with("direction_dependent_friction")
+    drifting = true_with("friction_drift")
+    assert key not in drifting
+    assert drifting["load.viscous_friction"] == drawn.constants["load.viscous_friction"]
 
 
 def _stands(effect: str, *, one_way: bool, linear: bool = True, reach_share: float = 1.0) -> float:

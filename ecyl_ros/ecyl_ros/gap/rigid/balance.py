@@ -161,9 +161,7 @@ class Balance:
         if found is None:
             if len(self._fits) == _REMEMBERED:
                 del self._fits[next(iter(self._fits))]
-            found = self._fits[asked] = self._found(
-                terms, parts, rows, rounds, prior, begin
-            )
+            found = self._fits[asked] = self._found(terms, parts, rows, rounds, prior, begin)
         residual, at = self.target.copy(), 0
         for one in parts:
             residual -= found.coefficients[at : at + len(one)] @ one

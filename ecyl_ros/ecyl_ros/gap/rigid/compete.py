@@ -58,7 +58,7 @@ def compete(
         chosen = _afresh(sets, _look_back(sets, _swapped(sets, taken)))
         current = sets.fit(chosen)
     chosen = _look_back(sets, _likelier(sets, _look_back(sets, chosen)))
-    chosen = _tuned(sets, _afresh(sets, _simpler(sets, chosen)))
+    chosen = _tuned(sets, _afresh(sets, _simpler(sets, _in_one(sets, chosen))))
     return won_by(chosen, sets, base, singles, tried)
 
 
@@ -218,6 +218,25 @@ def _look_back(sets: Sets, chosen: Sequence[Term]) -> list[Term]:
             break
         kept.remove(min(idle, key=lambda item: item[0])[1])
     return kept
+
+
+def _in_one(sets: Sets, chosen: Sequence[Term]) -> list[Term]:
+    """Simpler effects give way to the one that they nearly make up where it does better than they
+    do: `_simpler` the other way round, for which of them came first decides nothing.
+    """
+    kinds = {one.effect for one in chosen}
+    splits = {name for name in RIGID if RIGID[name].gives_way is not None}
+    for split in sets.candidates(sets.fit(chosen), chosen, splits):
+        gives_way = RIGID[split.effect].gives_way
+        for simple in [] if gives_way is None else gives_way(sets.catalogue.along, False):
+            parts = {one.effect for one in simple}
+            if parts <= kinds:
+                rest = [one for one in chosen if one.effect not in {*parts, *split.refines}]
+                whole = [*rest, split]
+                standing = sets.standing(sets.fit(whole), whole)
+                if sets.missed(standing, whole, chosen, split).likely:
+                    return whole
+    return list(chosen)
 
 
 def _simpler(sets: Sets, chosen: Sequence[Term]) -> list[Term]:

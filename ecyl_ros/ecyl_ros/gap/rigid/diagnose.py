@@ -25,6 +25,7 @@ from .motion import Motion, motion_of
 from .noise import blur_of, measurement_noise, weighed
 from .null import Null
 from .offsets import without_offsets
+from .one_factor import of_one_factor, said_of_one_factor
 from .own_band import looked_at_again
 from .rest import moving
 from .simplest import simplest
@@ -115,6 +116,9 @@ def judged(
         if instead := gains_off(judgement) - gains:
             held |= instead
             judgement = competed(held)
+    if same := of_one_factor(judgement):
+        said.append(said_of_one_factor(same))
+        judgement = competed({*held, *same})
     judgement.notes += said
     if off:
         judgement.notes.append(said_of(judgement, off))

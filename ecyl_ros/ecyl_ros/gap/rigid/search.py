@@ -41,8 +41,8 @@ def left_by(
 ) -> Left:
     """What a set leaves whose fit is `current`.
 
-    same: gives instants in the same state of motion. enough: the set has as many orders over the position
-    as are looked for.
+    same: gives instants in the same state of motion. enough: the set has as many orders over the
+    position as are looked for.
     """
     residual = current.residual
 
@@ -218,7 +218,8 @@ def _frequencies(
 ) -> list[float]:
     """Hz of the strongest lines over time within the band, best first.
 
-    same: gives instants in the same state of motion; what they tell the phase of is the motion's own.
+    same: gives instants in the same state of motion; what they tell the phase of is the motion's
+    own.
     """
     rows = np.flatnonzero(balance.fitted)
     time = balance.time_s[rows]

@@ -53,7 +53,7 @@ def _spread(at, real, imaginary, falls, width, grid):
     size = grid.shape[1]
     reach = falls.shape[0] // 2
     for sample in range(at.shape[0]):
-        point = int(math.floor(at[sample]))
+        point = int(at[sample])
         off = at[sample] - point
         near = math.exp(-off * off / width)
         step = math.exp(2.0 * off / width)

@@ -192,7 +192,7 @@ def _labelled(case: Case, every: tuple[Played, ...]) -> Case:
         kind=kind,
         effects=effects,
         gaps=gaps,
-        constants=_true(drawn, faulty.truth),
+        constants=true_constants(drawn, faulty.truth),
         tolerances=drawn.tolerances,
         nominal=nominal,
         unseen=tuple(unseen),
@@ -201,12 +201,22 @@ def _labelled(case: Case, every: tuple[Played, ...]) -> Case:
     )
 
 
-def _true(drawn: Drawn, truth: Truth) -> dict[str, float]:
-    """True constants by key of the drive file, with the fault where it is one of them."""
+def true_constants(drawn: Drawn, truth: Truth) -> dict[str, float]:
+    """True constants by key of the drive file, with the fault where it is one of them, or comes on
+    top of one; without friction that has no one value: by direction, or as time goes."""
     moved = dict(drawn.constants)
     for key in ("load.mass", "load.inertia"):
         if key in moved:
             moved[key] = truth.inertia
+    pairs = {
+        "load.viscous_friction": (truth.viscous, drawn.truth.viscous),
+        "load.coulomb_friction": (truth.coulomb, drawn.truth.coulomb),
+    }
+    for key, ((forwards, backwards), (before, _)) in pairs.items():
+        if forwards != backwards or ("coulomb" in key and truth.drift_per_s):
+            del moved[key]
+        else:
+            moved[key] += forwards - before
     return moved
 
 
