@@ -47,6 +47,21 @@ def test_a_fault_beside_a_mass_off_its_sheet_is_named_alone() -> None:
     assert result.causes[0].parameters[0].value == pytest.approx(9.0, rel=0.02)
 
 
+def test_a_mass_far_off_its_sheet_below_the_noise_is_a_gap() -> None:
+    """A third more mass that noise hides sample by sample, and the whole recording shows: named,
+    and its size found. The same noise beside a sound mass: no gap."""
+    tolerances = {"load.mass": 0.04, "load.viscous_friction": 0.04}
+    machine = dataclasses.replace(LINEAR, viscous=300.0, tolerances=tolerances)
+    found = {}
+    for mass in (20.3, 26.0):
+        effort = mass * M.a + 300.0 * M.v
+        found[mass] = diagnose(recorded(M, effort, machine, 12.0, 1e-6), machine)
+    assert found[20.3].verdict == "no_gap"
+    (cause,) = found[26.0].causes
+    assert cause.effect == "load_inertia_error" and found[26.0].verdict == "explained"
+    assert cause.parameters[0].low <= 26.0 <= cause.parameters[0].high
+
+
 def test_a_rigid_file_states_tolerances() -> None:
     """Shares, units, exact; a constant that a rigid drive does not have is refused by name."""
     machine = machine_from_flat({**FILE, "tolerances.load.mass": "0.5 kg"}, "axis.yaml")

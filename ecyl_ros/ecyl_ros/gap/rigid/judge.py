@@ -110,7 +110,9 @@ class Judgement:
         wanders = self.wanders
         # Most of what the file leaves does not repeat: whatever explains the rest, that stays.
         mostly = wanders and nominal < math.sqrt(2.0) * self.floor
-        at_floor = nominal <= NO_GAP_RATIO * floor
+        strained = bool(self.null.strained(contest.base))
+        # A constant may lie far beyond its sheet and show less than noise does, sample by sample.
+        at_floor = nominal <= NO_GAP_RATIO * floor and not strained
         no_gap = at_floor and not wanders
         if wanders:
             share = self.floor / self.spread
@@ -119,7 +121,6 @@ class Judgement:
                 f"{much} {self.motion.effort_name} does not repeat with the motion: it depends on "
                 "something that was not recorded"
             )
-        strained = bool(self.null.strained(contest.base))
         relieves = strained and not self.null.strained(contest.winner)
         helps = relieves or self._helps(before, best, surplus)
         # Where constants within their tolerances do, there is nothing left to explain.
