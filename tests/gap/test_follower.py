@@ -65,6 +65,29 @@ def test_lag_and_play_come_out_as_put_in(lag_s, width) -> None:
     assert "sheet" not in sentence(result)  # it has none
 
 
+@pytest.mark.parametrize("width", [0.0, 0.1])
+def test_an_axis_that_is_slower_than_its_reference_jumps_has_no_dead_band_by_that(width) -> None:
+    """A square wave, an axis of 1 rad/s at the most: it stops where it is asked to be, or half of a
+    true dead band short of that, and the width is told from there."""
+    rate = 100.0
+    time_s = np.arange(0.0, 40.0, 1.0 / rate)
+    asked = np.where(time_s % 4.0 < 2.0, 0.4, -0.4)
+    state, out = 0.0, np.empty(time_s.size)
+    for index, value in enumerate(asked.tolist()):
+        aim = min(max(state, value - 0.5 * width), value + 0.5 * width)
+        state += min(max(aim - state, -1.0 / rate), 1.0 / rate)
+        out[index] = state
+    recording = Recording(
+        stamp_ns=np.round(time_s * 1e9).astype(np.int64),
+        reference_position_rad=asked,
+        rotor_position_rad=np.round(out / STEP) * STEP,
+    )
+    result = diagnose(recording, MACHINE)
+    found = _measured(result)["dead_band_rad"]
+    assert found.low <= width <= found.high < width + 0.02
+    assert any("where the reference stands" in note for note in result.notes)
+
+
 def _moves(time_s):
     """Smooth moves between places at random, of 1.5 s each."""
     places = np.concatenate([[0.0], np.random.default_rng(2).uniform(-0.6, 0.6, 60)])

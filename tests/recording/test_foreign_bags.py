@@ -312,7 +312,7 @@ def test_uneven_stamps_are_resampled_and_gaps_stay(tmp_path: Path) -> None:
     assert known.mean() > 0.99
     assert np.abs(recording.reference_position_m - wave(seconds))[known].max() < 1e-6
     said = "\n".join(recording.notes)
-    assert "stamps are uneven" in said and "1 gaps of up to 0.4" in said
+    assert "stamps are uneven" in said and "1 gap of up to 0.4" in said
 
 
 def test_arrival_times_are_put_back_to_their_beat(tmp_path: Path) -> None:

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.signal import lfilter
@@ -30,6 +30,7 @@ from .locate.conditions import shares
 from .replay.hidden import NO_GAP_RATIO
 from .rigid.balance import HELD_OUT_EVERY, stretch_length
 from .rigid.motion import Motion, motion_of, stated_resolution
+from .standing import stops_of
 
 _LONGEST_LAG_S = 0.6
 _GRID = 41  # lags and widths of a scan
@@ -94,8 +95,16 @@ def diagnose_follower(
         )
     tell(0.1)
     best = judge.fit(judge.fitted, lags=True, widths=True)
-    tell(0.5)
-    whole, spans = judge.with_intervals(lambda share: tell(0.5 + 0.45 * share))
+    tell(0.3)
+    whole, spans = judge.with_intervals(lambda share: tell(0.3 + 0.4 * share))
+    stops = stops_of(reference, motion.raw_position, usable, max(step, 2.0 * floor))
+    slow = stops is not None and stops.width + stops.half < spans["width"][0]
+    if slow:
+        best = judge.fit(judge.fitted, lags=True, widths=False)
+        whole, spans = judge.with_intervals(lambda share: tell(0.7 + 0.25 * share), widths=False)
+    if slow and stops is not None:
+        whole = replace(whole, width=stops.width)
+        spans["width"] = (0.0, stops.width + stops.half)
     gap = judge.left(reference, judge.judged)
     left = judge.left(best.position, judge.judged)
     only = {
@@ -122,7 +131,11 @@ def diagnose_follower(
         shrink=0.0,
         steps=(),
         candidates=(),
-        notes=(*_notes(motion, machine, step, whole, spans, alone, left, gap), *motion.notes),
+        notes=(
+            *([_slow(motion, machine, whole)] if slow else []),
+            *_notes(motion, machine, step, whole, spans, alone, left, gap),
+            *motion.notes,
+        ),
         values={},
         series=_series(motion, machine, reference, judge, stamp),
         replays=judge.scans,
@@ -210,17 +223,17 @@ class _Judge:
         return _Followed(float(best[0]), float(best[1]), offset, played + offset)
 
     def with_intervals(
-        self, tell: Callable[[float], None]
+        self, tell: Callable[[float], None], *, widths: bool = True
     ) -> tuple[_Followed, dict[str, tuple[float, float]]]:
         """The fit to all usable rows, and 95 % intervals by leaving out blocks of time in turn."""
-        whole = self.fit(self.usable, lags=True, widths=True)
+        whole = self.fit(self.usable, lags=True, widths=widths)
         count = min(_BLOCKS, int(self.stretch.max()) + 1)
         edges = np.linspace(0.0, float(self.motion.time_s[-1]) + 1e-9, count + 1)
         block = np.digitize(self.motion.time_s, edges) - 1
         parts = []
         for number in range(count):
             rows = self.usable & (block != number)
-            parts.append(self.fit(rows, lags=True, widths=True))
+            parts.append(self.fit(rows, lags=True, widths=widths))
             tell((number + 1) / count)
         quantile = float(student.ppf(0.975, count - 1))
         spans = {}
@@ -346,6 +359,18 @@ def _measured(
         Measured(
             "relative_gap_taken_off", "1", share, share, share, "by these, on held-out stretches"
         ),
+    )
+
+
+def _slow(motion: Motion, machine: Machine, whole: _Followed) -> str:
+    """Why the output is behind where its stops show no dead band that wide."""
+    speed = float(np.quantile(np.abs(motion.velocity[motion.usable]), 0.99))
+    unit = "m" if machine.linear else "rad"
+    return (
+        "where the reference stands the output comes nearer to it, from both sides, than the dead "
+        "band that would fit its motion: it has none wider than is told here. On its way it is "
+        f"behind for another reason, such as a speed of no more than {speed:.3g} {unit}/s; the "
+        "drive's own demand in place of a reference that jumps would tell more"
     )
 
 

@@ -263,7 +263,8 @@ def _grid(base: Stream, gap_s: float | None) -> StampArray:
     long = int((~inside).sum())
     if long:
         worst = float(steps.max()) / 1e9
-        base.notes.append(f"{base.name}: {long} gaps of up to {worst:.4g} s left as they are")
+        gaps = f"{long} gap{'s' if long != 1 else ''} of up to {worst:.4g} s"
+        base.notes.append(f"{base.name}: {gaps} left as recorded")
     grid: StampArray = stamps[0] + np.round(index * mean).astype(np.int64)
     return grid
 

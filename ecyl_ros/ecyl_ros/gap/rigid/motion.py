@@ -283,8 +283,8 @@ def motion_of(
         position = bridged(position, ~jumps)
         starts = int(np.sum(np.diff(jumps.astype(np.int8)) == 1) + jumps[0])
         notes.append(
-            f"{starts} jumps of the position, far larger than any motion around them (a late "
-            "stamp, a slipped count), were left out"
+            f"left out: {starts} jump{'s' if starts != 1 else ''} of the position, far larger than "
+            "any motion around (a late stamp, a slipped count)"
         )
     noise = machine.position_noise
     if noise is None:
