@@ -39,6 +39,7 @@ from .void import SILENT, why_not
 
 _CLOSE, _HELPS_CLOSE = 5.0, 0.25  # where no more than so many floors are left, less has to be gone
 _WANDERS = 0.05  # share of the effort that may not repeat where there is to be no gap
+BESIDE, UNDECIDED = "not decided beside what is named", "not decided"  # how a note begins
 SMALL = 0.03  # share of the gap that an effect has to remove to be named
 _SWINGS = (
     "another axis that swings at the frequency of the periodic disturbance would look the same: a "
@@ -137,7 +138,7 @@ class Judgement:
             named = bool(causes) and (relieves or self._helps(before, rest, surplus))
             undecided = self._undecided(closest, {one.effect for one in causes if named})
             if named and undecided:
-                self.notes.insert(0, f"not decided beside what is named: {undecided}")
+                self.notes.insert(0, f"{BESIDE}: {undecided}")
             elif best <= _CLOSE * self.floor:
                 reason = undecided
         if named and any(one.over_time for one in contest.order):
