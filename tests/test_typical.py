@@ -17,3 +17,10 @@ def test_the_rms_of_the_bulk_is_told_whatever_a_few_values_do() -> None:
     noise[0, 1] = np.nan
     assert typical_rms(noise) == pytest.approx(0.3, rel=0.1)
     assert typical_rms(np.array([2.0, 2.0, -2.0])) == pytest.approx(2.0 * 1.4826)
+
+
+@pytest.mark.parametrize("count", [1, 2, 3, 10, 2001])
+def test_it_is_numpys_median(count: int) -> None:
+    """To the last bit, of even and odd numbers of values, a missing one among them."""
+    values = np.append(np.random.default_rng(count).standard_normal(count), np.nan)
+    assert typical_rms(values) == 1.4826 * float(np.nanmedian(np.abs(values)))

@@ -99,10 +99,9 @@ def diagnose_follower(
     whole, spans = judge.with_intervals(lambda share: tell(0.3 + 0.4 * share))
     stops = stops_of(reference, motion.raw_position, usable, max(step, 2.0 * floor))
     slow = stops is not None and stops.width + stops.half < spans["width"][0]
-    if slow:
+    if stops is not None and slow:
         best = judge.fit(judge.fitted, lags=True, widths=False)
         whole, spans = judge.with_intervals(lambda share: tell(0.7 + 0.25 * share), widths=False)
-    if slow and stops is not None:
         whole = replace(whole, width=stops.width)
         spans["width"] = (0.0, stops.width + stops.half)
     gap = judge.left(reference, judge.judged)
