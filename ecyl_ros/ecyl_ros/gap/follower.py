@@ -30,7 +30,7 @@ from .locate.conditions import shares
 from .replay.hidden import NO_GAP_RATIO
 from .rigid.balance import HELD_OUT_EVERY, stretch_length
 from .rigid.motion import Motion, motion_of, stated_resolution
-from .standing import stops_of
+from .standing import said_of_stops, stops_of
 
 _LONGEST_LAG_S = 0.6
 _GRID = 41  # lags and widths of a scan
@@ -98,18 +98,19 @@ def diagnose_follower(
     tell(0.3)
     whole, spans = judge.with_intervals(lambda share: tell(0.3 + 0.4 * share))
     stops = stops_of(reference, motion.raw_position, usable, max(step, 2.0 * floor))
-    slow = stops is not None and stops.width + stops.half < spans["width"][0]
-    if stops is not None and slow:
-        best = judge.fit(judge.fitted, lags=True, widths=False)
+    only = {
+        "lag": judge.fit(judge.fitted, lags=True, widths=False),
+        "width": judge.fit(judge.fitted, lags=False, widths=True),
+    }
+    slow: list[str] = []
+    if stops is not None and stops.width + stops.half < spans["width"][0]:
+        slow.append(said_of_stops(motion, end))
+        best = only["lag"]
         whole, spans = judge.with_intervals(lambda share: tell(0.7 + 0.25 * share), widths=False)
         whole = replace(whole, width=stops.width)
         spans["width"] = (0.0, stops.width + stops.half)
     gap = judge.left(reference, judge.judged)
     left = judge.left(best.position, judge.judged)
-    only = {
-        "lag": judge.fit(judge.fitted, lags=True, widths=False),
-        "width": judge.fit(judge.fitted, lags=False, widths=True),
-    }
     alone = {name: judge.left(one.position, judge.judged) for name, one in only.items()}
     spread = float(np.std(motion.raw_position[usable])) or 1.0
     no_gap = gap <= NO_GAP_RATIO * floor
@@ -131,7 +132,7 @@ def diagnose_follower(
         steps=(),
         candidates=(),
         notes=(
-            *([_slow(motion, machine, whole)] if slow else []),
+            *slow,
             *_notes(motion, machine, step, whole, spans, alone, left, gap),
             *motion.notes,
         ),
@@ -358,18 +359,6 @@ def _measured(
         Measured(
             "relative_gap_taken_off", "1", share, share, share, "by these, on held-out stretches"
         ),
-    )
-
-
-def _slow(motion: Motion, machine: Machine, whole: _Followed) -> str:
-    """Why the output is behind where its stops show no dead band that wide."""
-    speed = float(np.quantile(np.abs(motion.velocity[motion.usable]), 0.99))
-    unit = "m" if machine.linear else "rad"
-    return (
-        "where the reference stands the output comes nearer to it, from both sides, than the dead "
-        "band that would fit its motion: it has none wider than is told here. On its way it is "
-        f"behind for another reason, such as a speed of no more than {speed:.3g} {unit}/s; the "
-        "drive's own demand in place of a reference that jumps would tell more"
     )
 
 

@@ -13,6 +13,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ..arrays import BoolArray, FloatArray
+from ..recording.runs import runs_of
+from .rigid.motion import Motion
 
 _STOPS = 2  # from either side
 _FEWEST = 3  # samples of a reference that stands
@@ -35,9 +37,8 @@ def stops_of(
     reference, position: float64[n]. usable: bool[n]. resolution: of the position.
     """
     same = np.abs(np.diff(reference)) <= 1e-6 * float(np.ptp(reference))
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], same, [False]]).astype(int)))
     short: dict[bool, list[float]] = {True: [], False: []}
-    for begin, end in edges.reshape(-1, 2).tolist():
+    for begin, end in runs_of(same).tolist():
         moved = float(position[end] - position[begin])
         if usable[end] and end - begin >= _FEWEST and abs(moved) > _MOVED * resolution:
             short[moved > 0.0].append(float(reference[end] - position[end]))
@@ -46,3 +47,14 @@ def stops_of(
         return None
     spread = math.sqrt(sum(float(np.var(one, ddof=1)) / one.size for one in (up, down)))
     return Stops(max(float(up.mean() - down.mean()), 0.0), 2.0 * spread + resolution)
+
+
+def said_of_stops(motion: Motion, unit: str) -> str:
+    """Why the output is behind where its stops allow no dead band as wide as its motion has it."""
+    speed = float(np.quantile(np.abs(motion.velocity[motion.usable]), 0.99))
+    return (
+        "where the reference stands the output comes nearer to it, from both sides, than the dead "
+        "band that would fit its motion: it has none wider than is told here. On its way it is "
+        f"behind for another reason, such as a speed of no more than {speed:.3g} {unit}/s; the "
+        "drive's own demand in place of a reference that jumps would tell more"
+    )

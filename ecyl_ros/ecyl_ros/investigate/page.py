@@ -14,6 +14,7 @@ from ..gap.report import words
 from ..gap.report.markup import escape, figure, key, table, typeset
 from ..gap.report.style import CSS
 from ..gap.report.svg import Axis, Chart
+from ..number_of import number_of
 from ..recording.atomic import write_text
 from ..recording.reader import read_recording
 from ..recording.signals import Recording
@@ -38,8 +39,7 @@ def write_page(story: Story, path: Path) -> None:
 
 
 def _head(story: Story) -> str:
-    count = len(story.steps)
-    motions = f"{count} motion{'s' if count != 1 else ''}"
+    motions = number_of(len(story.steps), "motion")
     heading = _HEADS.get(story.outcome, "Still open")
     said = f"After {motions}: {story.said}." if story.said else f"{motions} so far."
     return (

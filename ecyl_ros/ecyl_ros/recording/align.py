@@ -12,6 +12,7 @@ from scipy.interpolate import CubicSpline
 
 from ..arrays import BoolArray, FloatArray, StampArray
 from ..errors import InputError
+from ..number_of import number_of
 from .clocks import ClockFit, ClockMeter, longest_run, steadied
 from .held import fresh_rows
 from .signals import Recording
@@ -263,7 +264,7 @@ def _grid(base: Stream, gap_s: float | None) -> StampArray:
     long = int((~inside).sum())
     if long:
         worst = float(steps.max()) / 1e9
-        gaps = f"{long} gap{'s' if long != 1 else ''} of up to {worst:.4g} s"
+        gaps = f"{number_of(long, 'gap')} of up to {worst:.4g} s"
         base.notes.append(f"{base.name}: {gaps} left as recorded")
     grid: StampArray = stamps[0] + np.round(index * mean).astype(np.int64)
     return grid

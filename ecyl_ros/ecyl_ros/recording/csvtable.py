@@ -12,6 +12,7 @@ from typing import Any
 
 from ..arrays import FloatArray
 from ..errors import InputError
+from ..number_of import number_of
 from .columns import Columns
 from .csvnumbers import numbers
 from .csvtext import LONGEST_LINE, blocks, find_delimiter, last_decimals, outside_quotes
@@ -120,7 +121,7 @@ class CsvTable:
         before = self._before_the_table(texts)
         if before:
             self.notes += (
-                f"{self.path}: {before} {'line' if before == 1 else 'lines'} before the table left "
+                f"{self.path}: {number_of(before, 'line')} before the table left "
                 f"out ({texts[0][:40]})",
             )
             lines, texts = lines[before:], texts[before:]

@@ -403,8 +403,7 @@ def _saturated(name: str, values: FloatArray, stamps: StampArray) -> Flaw | None
         return None
     for rail in rails:
         at = values == rail
-        edges = np.flatnonzero(np.diff(np.concatenate([[False], at, [False]]).astype(np.int8)))
-        begins, stops = edges[::2], edges[1::2]
+        begins, stops = runs_of(at).T
         resting = (stops - begins) >= _RESTS
         if not resting.any():
             continue

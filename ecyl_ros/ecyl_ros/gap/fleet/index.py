@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from datetime import UTC, datetime
 
 from ... import __version__
+from ...number_of import number_of
 from ..listed import listed
 from ..report import quantities as q
 from ..report import words
@@ -101,8 +102,8 @@ def _head(entries: Sequence[Entry], folder: str, drive: str) -> str:
     machines = len({one.machine for one in entries})
     return (
         f'<header><h1>{len(entries)} recordings</h1><p class="verdict">{typeset(said)}.</p>'
-        f'<p class="quiet from">{escape(folder)} against {escape(drive)}, {machines} '
-        f"machine{'s' if machines != 1 else ''}</p></header>"
+        f'<p class="quiet from">{escape(folder)} against {escape(drive)}, '
+        f"{number_of(machines, 'machine')}</p></header>"
     )
 
 

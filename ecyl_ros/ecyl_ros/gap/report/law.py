@@ -6,6 +6,7 @@ import numpy as np
 
 from ...arrays import FloatArray
 from ...drive.law import LEAST_PERIODS
+from ...recording.runs import runs_of
 from ..describe.axis import Axis as Table
 from ..describe.description import Description
 from ..describe.words import VARIABLES as SPOKEN
@@ -160,9 +161,8 @@ def _course(law: Description) -> Chart:
         Axis.around(f"missing, {course.unit}", np.array([low, high]), course.predicted[known]),
         "the missing quantity over time",
     )
-    edges = np.flatnonzero(np.diff(np.concatenate([[True], known, [True]]).astype(int)))
-    for start, stop in zip(edges[::2], edges[1::2], strict=False):
-        last = len(course.time_s) - 1
+    last = len(course.time_s) - 1
+    for start, stop in runs_of(~known).tolist():
         chart.shade(float(course.time_s[min(start, last)]), float(course.time_s[min(stop, last)]))
     shown = np.where(known, course.values, np.nan)
     chart.curve(course.time_s, shown, "before")

@@ -70,11 +70,9 @@ def sentence(diagnosis: Diagnosis) -> str:
     if not found:
         return ""
     if diagnosis.verdict in ("no_gap", "within_sheet"):
-        parts = [
-            f"no {_named(one)} {_of(one, 'above', 'off by more than')}{_wave(one)}" for one in found
-        ]
+        parts = [f"no {_named(one)} {_of(one, 'above', 'off by more than')}" for one in found]
         return f"With 95 % confidence there is {listed(parts, 'and')}."
-    parts = [f"{_named(one)} {_of(one, 'of', 'off by')}{_wave(one)}" for one in found]
+    parts = [f"{_named(one)} {_of(one, 'of', 'off by')}" for one in found]
     return f"It would also have shown {listed(parts, 'or')} on 95 of 100 machines."
 
 
@@ -87,15 +85,15 @@ def _of(one: Limit, above: str, off: str) -> str:
     text = size(one)
     if text.startswith("off by"):
         return f"{off}{text.removeprefix('off by')}"
-    return text if text.startswith("below") else f"{above} {text}"
+    return text if text.startswith("below") else f"{above} {text}{_wave(one)}"
 
 
 def _wave(one: Limit) -> str:
     """How often a wave of that size repeats: what repeats more often may be beyond the band."""
-    counts = {name: value for name, value in one.at.items() if name.startswith("periods_per")}
     return "".join(
         f" ({value:.4g} {q.parameter_label(name).removeprefix('periods ')})"
-        for name, value in counts.items()
+        for name, value in one.at.items()
+        if name.startswith("periods_per")
     )
 
 

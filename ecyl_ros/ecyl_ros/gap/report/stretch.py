@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...arrays import BoolArray, FloatArray
+from ...recording.runs import runs_of
 from ..diagnosis import Diagnosis
 from . import quantities as q
 from . import words
@@ -36,8 +37,7 @@ class Stretch:
 
 def stretches(mask: BoolArray) -> list[Stretch]:
     """The runs of True."""
-    edges = np.flatnonzero(np.diff(np.r_[False, mask, False].astype(np.int8)))
-    return [Stretch(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True)]
+    return [Stretch(start, stop) for start, stop in runs_of(mask).tolist()]
 
 
 def _rms(values: FloatArray) -> FloatArray:

@@ -17,7 +17,7 @@ from ..diagnosis import Candidate, Cause, Diagnosis, FittedParameter, Series, Si
 from ..judge.verdict import ranked
 from ..limits.rigid import rigid_limits
 from .closest import closest
-from .judge import BESIDE, UNDECIDED, Judgement
+from .judge import Judgement
 from .left_out import costs
 from .locate import by_condition, by_frequency, by_port
 from .machine_values import ALL_THAT_MOVES
@@ -51,8 +51,8 @@ def assembled(
         runaways = ran_away(played, judgement.judged)
     ruling, worse = heard(ruling, played, over_time=over_time)
     played = without_runaways(played, runaways)
-    if not ruling.named:  # a replay may have refuted what was
-        judgement.notes = [one.replace(BESIDE, UNDECIDED) for one in judgement.notes]
+    if ruling.undecided:
+        judgement.notes.insert(0, ruling.said_undecided)
     judgement.notes += [note for note in (light, far, worse) if note]
     balance, contest, floor = judgement.balance, judgement.contest, judgement.floor
     motion, along, spread = judgement.motion, judgement.catalogue.along, judgement.spread

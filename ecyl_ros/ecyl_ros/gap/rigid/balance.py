@@ -189,12 +189,14 @@ class Balance:
         begin: Solution | None,
     ) -> _Found:
         """Coefficients by some rows alone; parts: columns of each term, float64[k, m]."""
-        target, weights = self.target[rows], np.ones(int(rows.sum()))
+        target = self.target[rows]
         # What is less than the effort's rounding is no scale for anything.
         least = max(_ROUNDING * float(np.sqrt(np.mean(self.effort**2))), 1e-300)
-        scale, share = max(_scale(target), least), 0.0
-        if begin is not None:
+        if begin is None:
+            weights, scale = np.ones(target.size), max(_scale(target), least)
+        else:
             weights, scale = begin.weights[rows], begin.scale
+        share = 0.0
         coefficients = np.zeros(prior.size)
         if terms:
             low = np.array([value for one in terms for value in one.low])

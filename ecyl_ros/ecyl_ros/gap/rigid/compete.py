@@ -225,10 +225,9 @@ def _in_one(sets: Sets, chosen: Sequence[Term]) -> list[Term]:
     do: `_simpler` the other way round, for which of them came first decides nothing.
     """
     kinds = {one.effect for one in chosen}
-    splits = {name for name in RIGID if RIGID[name].gives_way is not None}
+    splits = {name: one.gives_way for name, one in RIGID.items() if one.gives_way is not None}
     for split in sets.candidates(sets.fit(chosen), chosen, splits):
-        gives_way = RIGID[split.effect].gives_way
-        for simple in [] if gives_way is None else gives_way(sets.catalogue.along, False):
+        for simple in splits[split.effect](sets.catalogue.along, False):
             parts = {one.effect for one in simple}
             if parts <= kinds:
                 rest = [one for one in chosen if one.effect not in {*parts, *split.refines}]

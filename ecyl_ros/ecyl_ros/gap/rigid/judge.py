@@ -39,7 +39,6 @@ from .void import SILENT, why_not
 
 _CLOSE, _HELPS_CLOSE = 5.0, 0.25  # where no more than so many floors are left, less has to be gone
 _WANDERS = 0.05  # share of the effort that may not repeat where there is to be no gap
-BESIDE, UNDECIDED = "not decided beside what is named", "not decided"  # how a note begins
 SMALL = 0.03  # share of the gap that an effect has to remove to be named
 _SWINGS = (
     "another axis that swings at the frequency of the periodic disturbance would look the same: a "
@@ -107,7 +106,7 @@ class Judgement:
         signal = float(np.sqrt(np.mean(self.balance.effort[self.judged] ** 2)))
         if all(self._unsure(one) for one in contest.order):
             floor = math.hypot(floor, UNMODELLED * signal)
-        reason = ""
+        reason = beside = ""
         wanders = self.wanders
         # Most of what the file leaves does not repeat: whatever explains the rest, that stays.
         mostly = wanders and nominal < math.sqrt(2.0) * self.floor
@@ -137,10 +136,9 @@ class Judgement:
             relieves = strained and not self.null.strained(contest.winner)
             named = bool(causes) and (relieves or self._helps(before, rest, surplus))
             undecided = self._undecided(closest, {one.effect for one in causes if named})
-            if named and undecided:
-                self.notes.insert(0, f"{BESIDE}: {undecided}")
-            elif best <= _CLOSE * self.floor:
+            if not named and best <= _CLOSE * self.floor:
                 reason = undecided
+            beside = undecided if named else ""
         if named and any(one.over_time for one in contest.order):
             self.notes.append(_SWINGS)
         final = contest.winner if named else contest.nominal
@@ -187,6 +185,7 @@ class Judgement:
             shrink=shrink,
             margin=margin,
             reason=reason if verdict == "not_judgeable" else "",
+            undecided=beside,
         )
 
     def _voids(self) -> dict[str, str]:

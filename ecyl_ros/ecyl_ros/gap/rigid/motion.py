@@ -24,7 +24,9 @@ from ...drive.rigid.loop import asked_along
 from ...drive.rigid.machine import EFFORTS, Machine
 from ...drive.rigid.units import own_effort
 from ...errors import InputError
+from ...number_of import number_of
 from ...recording.map import in_map
+from ...recording.runs import runs_of
 from ...recording.signals import FOREIGN_SIGNALS, SIGNALS, Recording
 from .band import (
     DERIVATIVE,
@@ -281,9 +283,8 @@ def motion_of(
     if jumps.any():
         usable &= ~jumps
         position = bridged(position, ~jumps)
-        starts = int(np.sum(np.diff(jumps.astype(np.int8)) == 1) + jumps[0])
         notes.append(
-            f"left out: {starts} jump{'s' if starts != 1 else ''} of the position, far larger than "
+            f"left out: {number_of(len(runs_of(jumps)), 'jump')} of the position, far larger than "
             "any motion around (a late stamp, a slipped count)"
         )
     noise = machine.position_noise

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import math
 
-from ...effects.catalogue import RIGID
 from ..diagnosis import SheetValue
 from .judge import Judgement, scales
 from .sheet import sheet_value
@@ -18,7 +17,7 @@ from .sheet import sheet_value
 
 def of_one_factor(judgement: Judgement) -> dict[str, SheetValue]:
     """Such constants by the effects that stand for them, the gain first; none where none agrees."""
-    causes = {one.key for one in judgement.contest.order if any(RIGID[one.effect].constant)}
+    causes = {one.key for one in judgement.contest.order}
     found = dict[str, SheetValue]()
     for term in judgement.values.fit.terms:
         if term.key in causes:

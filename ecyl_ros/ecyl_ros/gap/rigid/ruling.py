@@ -19,6 +19,7 @@ class Ruling:
             the closest set, named or not. shrink: share of what stands above the floor.
         margin: the best rival's RMS over the closest set's. reason: of `not_judgeable`, what
             recording would do.
+        undecided: what would tell apart what was found beside what is named.
     """
 
     verdict: str
@@ -31,8 +32,14 @@ class Ruling:
     shrink: float
     margin: float
     reason: str = ""
+    undecided: str = ""
 
     @property
     def named(self) -> bool:
         """Whether causes are named."""
         return bool(self.causes)
+
+    @property
+    def said_undecided(self) -> str:
+        """The note of what is undecided, whether or not what was named beside it still is."""
+        return f"not decided{' beside what is named' if self.named else ''}: {self.undecided}"

@@ -49,7 +49,10 @@ def wave_sums(
 
 @called
 def _spread(at, real, imaginary, falls, width, grid):
-    """Add each value to the grid about its place; falls: of the Gaussian at whole points."""
+    """Add each value to the grid about its place.
+
+    falls: of the Gaussian at whole points, exp(-point^2 / width).
+    """
     size = grid.shape[1]
     reach = falls.shape[0] // 2
     for sample in range(at.shape[0]):
