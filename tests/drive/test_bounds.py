@@ -15,8 +15,10 @@ CHECKED += ("drive/test_stability.py", "effects/test_effects.py")
 def test_kernels_stay_within_their_arrays(tmp_path: Path) -> None:
     """With every index checked, drives of all kinds run to the end, effects and delays included."""
     environment = os.environ | {"NUMBA_BOUNDSCHECK": "1", "NUMBA_CACHE_DIR": str(tmp_path)}
+    environment["NUMBA_OPT"] = "1"  # it is about indices, whatever is made of the rest
     done = subprocess.run(
         [sys.executable, "-m", "pytest", "-q", "-x", "-p", "no:cacheprovider"]
+        + ["-p", "tests.drive.called_kernels"]
         + [str(TESTS / file) for file in CHECKED],
         env=environment,
         cwd=TESTS.parent,

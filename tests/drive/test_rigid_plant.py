@@ -30,13 +30,13 @@ def test_a_sliding_mass_stops_where_friction_has_taken_its_energy() -> None:
 
 
 def test_friction_in_proportion_to_acceleration_is_an_inertia_that_brakes() -> None:
-    """A level of 4 kg times the acceleration: effort F accelerates M by F / (M + 4)."""
-    rubbing = Acting("load_dependent_friction", {"inertia": 4.0})
+    """A level of a share of what accelerates: effort F accelerates M by F / (M (1 + share))."""
+    rubbing = Acting("load_dependent_friction", {"coefficient": 0.4})
     machine = dataclasses.replace(FILE, coulomb=0.0, effects=(rubbing,), effects_unit="N")
     n, h = 2000, 1e-4
     plant = plant_of(model_of(machine, True))
     _, speed = along(plant, 0.0, 0.0, 0.1, np.full(n, 12.0), np.zeros(n), np.zeros((n, 2)), h)
-    assert np.gradient(speed, h)[n // 2] == pytest.approx(12.0 / (MASS + 4.0), rel=1e-6)
+    assert np.gradient(speed, h)[n // 2] == pytest.approx(12.0 / (1.4 * MASS), rel=1e-6)
 
 
 def test_friction_holds_up_to_its_level_and_no_further() -> None:

@@ -32,7 +32,7 @@ VALUES = {
     },
     "friction_drift": {"coulomb": 0.4, "rate": 0.05},
     "gravity_on_arm": {"amplitude": 1.2, "phase": -0.3},
-    "load_dependent_friction": {"share": 0.2},
+    "load_dependent_friction": {"coefficient": 0.2},
     "local_jam": {"coulomb": 0.8, "position": 0.5, "width": 0.6},
     "periodic_disturbance": {"amplitude": 0.9, "frequency": 2.5, "phase": 1.0},
     "rotor_coulomb_friction": {"coulomb": 0.4},

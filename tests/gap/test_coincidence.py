@@ -109,7 +109,7 @@ def test_a_wrong_current_reading_out_of_reach_is_laid_to_the_sensor_and_not_name
     is an error of the current's reading in proportion to it."""
     case = Case(0, 29, "outside", {"x_current_sensor_gain": {"gain_error": GAIN}})
     found = diagnose(
-        record_case(case, drive).slice(0.0, 4.0), drive, without=["current_sensor_gain"]
+        record_case(case, drive).slice(0.0, 3.2), drive, without=["current_sensor_gain"]
     )
     assert not found.causes
     assert found.verdict == "described" and found.law is not None

@@ -71,7 +71,7 @@ def test_without_its_effect_a_machine_is_not_blamed_on_another() -> None:
     """Cogging with cogging and ripple taken out of the catalogue: no cause; described at most."""
     drive = exact("bench")
     case = Case(0, 5, "single", {"cogging_torque": {"amplitude_nm": 0.06, "periods_per_rev": 12.0}})
-    recording = record_case(case, drive).slice(0.0, 4.0)
+    recording = record_case(case, drive).slice(0.0, 2.5)
     result = diagnose(recording, drive, without=("cogging_torque", "torque_ripple"))
     assert result.causes == () and result.verdict in ("unexplained", "described")
     assert result.as_json()["causes"] == []

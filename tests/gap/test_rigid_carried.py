@@ -49,3 +49,21 @@ def test_the_weight_of_an_arm_is_a_load_carried() -> None:
     assert coefficient.value == pytest.approx(0.1, rel=0.05)
     position = next(one for one in result.signals if one.name == "position")
     assert position.after < 0.1 * position.gap
+
+
+@pytest.mark.parametrize("stated", [True, False])
+def test_friction_goes_by_the_load_that_is_found(stated: bool) -> None:
+    """A weight that the file lacks, an inertia that it has wrong or leaves out, and friction of a
+    tenth of what all of it comes to: named beside what it goes by, right within its interval."""
+    bare = dataclasses.replace(ROTARY, coulomb=0.1, effects_unit="N m", tolerances={"all": 0.1})
+    arm = bare if stated else dataclasses.replace(bare, inertia=None)
+    m = motion(0.8)
+    carried = 2.5 * ROTARY.inertia * m.a + 2.0 * np.sin(m.q + 0.4)
+    effort = carried + (0.1 + 0.1 * np.abs(carried)) * np.sign(m.v)
+    result = diagnose(recorded(m, effort, arm, noise=0.01, step=1e-5), arm)
+    found = {one.effect: one.parameters[0] for one in result.causes}
+    beside = {"rotor_inertia_error"} if stated else set()
+    assert set(found) == {"gravity_on_arm", "load_dependent_friction"} | beside
+    coefficient = found["load_dependent_friction"]
+    assert coefficient.low <= 0.1 <= coefficient.high
+    assert coefficient.value == pytest.approx(0.1, rel=0.05)

@@ -198,7 +198,10 @@ def test_no_cause_no_file(tmp_path) -> None:
             "{cogging_torque: {amplitude_n: 1.0}}",
             "periods_per_screw_rev or period_m is missing",
         ),
-        ("{load_dependent_friction: {coefficient: 0.1, mass_kg: 1.0}}", "expected one of"),
+        (
+            "{torque_constant_error: {torque_constant_n_per_a: 1.0, torque_constant_n_per_v: 1.0}}",
+            "expected one of",
+        ),
     ],
 )
 def test_effects_of_a_file_are_checked_by_name(tmp_path, effects, message) -> None:

@@ -147,7 +147,7 @@ def test_what_cannot_be_diagnosed_together_is_refused() -> None:
     effects = {FRICTION: {"coulomb_nm": 0.11}}
     runs = [recorded(0, effects), recorded(1, effects, 1.2)]
     with pytest.raises(InputError, match=r"^a\.mcap and b\.mcap: .* expected recordings of one"):
-        together(runs)
+        together(runs, without=without_all_but(FRICTION))
     bare = dataclasses.replace(runs[1], current_q_a=np.full(len(runs[1]), np.nan))
     with pytest.raises(InputError, match=r"^b\.mcap: current_q in A is missing, which a\.mcap has"):
         together([runs[0], bare])

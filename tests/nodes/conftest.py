@@ -151,9 +151,10 @@ class Listener(Node):
 
 
 @pytest.fixture
-def listener():
+def listener(request):
     """A listening node and a function that spins it until a condition holds."""
     rclpy.init(args=[])
+    request.addfinalizer(rclpy.try_shutdown)
     node = Listener()
     executor = SingleThreadedExecutor()
     executor.add_node(node)
@@ -170,4 +171,3 @@ def listener():
     yield node
     executor.shutdown()
     node.destroy_node()
-    rclpy.try_shutdown()

@@ -74,8 +74,8 @@ def term(along: Along, explained: FloatArray, delay_s: float) -> Term:
         # The log's own lag is in it; where the loop is worked out from the motion, holding alone.
         unsure=(1.0 if along.machine.actuation == "loop" else LATE) / rate_hz,
         sought=delay_s,
-        again=lambda late, values: term(
-            along, late - float(values[0]) * column, max(float(values[0]), 0.0)
+        again=lambda left, values: term(
+            along, left.explained - float(values[0]) * column, max(float(values[0]), 0.0)
         ),
         follows=True,
         of_effort=False,

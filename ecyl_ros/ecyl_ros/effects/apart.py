@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from ..arrays import FloatArray
-from .term import Parameters, Term
+from .term import Left, Parameters, Term
 
 _KEY = "of each"  # what the keys of such terms end with
 
@@ -24,9 +24,12 @@ def apart(term: Term, parts: Sequence[slice], *, by_size: bool = False) -> Term:
     count = term.columns.shape[0]
     if len(parts) == 1 or term.key.endswith(_KEY):
         return term
-    columns = np.zeros((len(parts) * count, term.columns.shape[1]))
-    for number, part in enumerate(parts):
-        columns[number * count : (number + 1) * count, part] = term.columns[:, part]
+
+    def split(columns: FloatArray) -> FloatArray:
+        made = np.zeros((len(parts) * count, columns.shape[1]))
+        for number, part in enumerate(parts):
+            made[number * count : (number + 1) * count, part] = columns[:, part]
+        return made
 
     def told(values: FloatArray) -> FloatArray:
         if by_size:
@@ -40,21 +43,22 @@ def apart(term: Term, parts: Sequence[slice], *, by_size: bool = False) -> Term:
     def by_stem(values: FloatArray) -> dict[str, float]:
         return term.values(told(values))
 
-    again: Callable[[FloatArray, FloatArray], Term] | None = None
+    again: Callable[[Left, FloatArray], Term] | None = None
     follow = term.again
     if follow is not None:
 
-        def again(effort: FloatArray, values: FloatArray) -> Term:
-            return apart(follow(effort, told(values)), parts, by_size=by_size)
+        def again(left: Left, values: FloatArray) -> Term:
+            return apart(follow(left, told(values)), parts, by_size=by_size)
 
     return replace(
         term,
         key=f"{term.key} {_KEY}",
-        columns=columns,
+        columns=split(term.columns),
         parameters=parameters,
         values=by_stem,
         low=term.low * len(parts),
         high=term.high * len(parts),
+        carried=None if term.carried is None else split(term.carried),
         again=again,
         common=term,
     )

@@ -59,6 +59,7 @@ def term(along: Along) -> Term:
         effect="constant_load",
         key="constant",
         columns=along.one[None],
+        carried=along.one[None],
         parameters=lambda c: ((units.load, units.effort, float(c[0])),),
         values=lambda c: {"load": float(c[0])},
         low=(-math.inf,),

@@ -50,7 +50,7 @@ def term(along: Along) -> Term:
         alternatives=("cogging_torque", "encoder_eccentricity") if along.turns else (),
         mean=True,
     )
-    return replace(made, parameters=parameters)
+    return replace(made, parameters=parameters, carried=made.columns)
 
 
 def _stated(along: Along) -> FloatArray:

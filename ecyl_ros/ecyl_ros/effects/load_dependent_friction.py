@@ -6,16 +6,16 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from ..arrays import FloatArray
 from ..drive.compiled import kernel
 from ..drive.parameters import DriveParameters
-from ..drive.rigid.model import Model
 from .along import Along
+from .carried_load import carried_by
 from .effect import Effect, Evidence, Quantity, Start, bristle, put_bristle
-from .gravity_on_arm import weight_of
-from .rigid_form import HUGE, RigidForm, Stem, Values, added
+from .rigid_form import RigidForm, Stem, added
 from .starts import direction, regress
 from .term import Term
-from .waves import begin, parts, quadratures, size, wave
+from .waves import wave
 
 
 def starts(evidence: Evidence) -> list[Start]:
@@ -52,61 +52,29 @@ EFFECT = Effect(
 )
 
 
-def term(along: Along, shared: bool) -> Term:
-    """Friction in proportion to the load carried: to what inertia, constant load, spring and weight
-    of the file ask.
-
-    shared: over that load; by the acceleration alone where no inertia is known.
-    """
-    motion = along.motion
-    acceleration = motion.quiet(motion.acceleration)
-    inertia, constant, stiffness, amplitude, phase = _carried(along.model)
-    carried = inertia * acceleration + constant + stiffness * motion.position
-    carried = carried + parts(amplitude, phase) @ quadratures(motion.position)
-    name, unit = ("coefficient", "1") if shared else along.units.inertia
-    stem = "share" if shared else "inertia"
+def term(along: Along, carried: FloatArray) -> Term:
+    """Friction in proportion to the load carried, float64[n], by what is explained so far."""
     return Term(
         effect="load_dependent_friction",
         key="load friction",
-        columns=(along.sign * np.abs(carried if shared else acceleration))[None],
-        parameters=lambda c: ((name, unit, float(c[0])),),
-        values=lambda c: {stem: float(c[0])},
+        columns=(along.sign * np.abs(along.motion.quiet(carried)))[None],
+        parameters=lambda c: (("coefficient", "1", float(c[0])),),
+        values=lambda c: {"coefficient": float(c[0])},
         low=(0.0,),
-    )
-
-
-def _packed(values: Values, model: Model) -> tuple[float, ...]:
-    if "inertia" in values:
-        return values["inertia"], 1.0, 0.0, 0.0, 0.0, 0.0
-    return values["share"], *_carried(model)
-
-
-def _carried(model: Model) -> tuple[float, float, float, float, float]:
-    """Inertia, constant load, stiffness, and amplitude and phase of a weight, by the file's own
-    gain."""
-    counted, keys = model.counted, model.keys
-    inertia = counted * keys.inertia or (model.inertia or 0.0)
-    weight = weight_of(model.shapes) / (model.ratio / (counted or 1.0) or 1.0)
-    return (
-        inertia,
-        counted * keys.constant,
-        counted * keys.stiffness,
-        size(weight),
-        begin(weight),
+        follows=True,
+        again=lambda left, values: term(along, left.carried),
+        of_effort=False,
     )
 
 
 RIGID = RigidForm(
-    stems=(
-        Stem("share", "coefficient", 0.0, 10.0, "level over the nominal load carried", either=True),
-        Stem("inertia", "inertia", 0.0, HUGE, "level over the acceleration", either=True),
-    ),
+    stems=(Stem("coefficient", "share", 0.0, 10.0, "level over the load carried"),),
     term=term,
-    tried=lambda along, left: [(along.known_inertia,)] if along.both_ways else [],
-    shape=lambda along, values, effort: ("share" in values,),
+    tried=lambda along, left: [(left.carried,)] if along.both_ways and left.carried.any() else [],
+    shape=lambda along, values, effort: (carried_by(along.model).along(along),),
     coefficients=lambda values: tuple(values.values()),
-    packed=_packed,
-    merged=lambda old, new, along: added(old, new, along) if new.keys() == old.keys() else None,
+    packed=lambda values, model: (values["coefficient"], *carried_by(model)),
+    merged=added,
 )
 
 
@@ -118,7 +86,6 @@ def load_friction(p, speed, torque, angle, time):
 
 @kernel
 def rigid_level(v, time, position, speed, acceleration):
-    """Level: a share of what is carried; v: share, inertia, constant load, stiffness, and amplitude
-    and phase of a weight."""
+    """Level: a share of what is carried; v: coefficient, and `Carried`."""
     weight = wave(v[4], 1.0, v[5], position)
     return v[0] * abs(v[1] * acceleration + v[2] + v[3] * position + weight)

@@ -60,6 +60,7 @@ def term(along: Along) -> Term:
         effect=f"{along.side}_inertia_error",
         key="inertia",
         columns=along.motion.acceleration[None],
+        carried=along.motion.acceleration[None],
         parameters=lambda c: ((name, unit, nominal + float(c[0])),),
         values=lambda c: {"inertia": float(c[0])},
         low=(-nominal,),

@@ -45,10 +45,12 @@ def term(along: Along, slope: bool = False) -> Term:
     units, position = along.units, along.motion.position
     name, unit = units.per_position("stiffness"), f"{units.effort}/{units.end}"
     middle = float(np.median(position[along.motion.usable]))
+    columns = np.stack([position - middle, along.one])
     return Term(
         effect="spring_load",
         key="slope" if slope else "spring",
-        columns=np.stack([position - middle, along.one]),
+        columns=columns,
+        carried=columns,
         parameters=lambda c: ((name, unit, float(c[0])),),
         values=lambda c: {
             "stiffness": float(c[0]),

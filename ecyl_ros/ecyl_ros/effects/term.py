@@ -66,9 +66,11 @@ class Term:
         inertia: share of the acceleration in its first column.
         unsure: half width by which its first parameter is unsure whatever a fit says.
         sought: what its first parameter would be by another property of the effort than its size.
-        follows: whether its columns follow what is explained so far. again: the same along the
-            effort that its set explains, itself included, float64[n], and from its coefficients so
-            far, where it has to be followed on.
+        carried: of its columns, float64[k, n], what is load that the machine carries: by inertia,
+            constant load, spring or weight; None: nothing.
+        follows: whether its columns follow what is explained so far. again: the same beside what
+            its set explains, itself included, and from its coefficients so far, where it has to be
+            followed on.
         common: of one whose coefficients are each recording's own (`apart`), the same with one
             value for all.
     """
@@ -96,8 +98,9 @@ class Term:
     inertia: float = 0.0
     unsure: float = 0.0
     sought: float = 0.0
+    carried: FloatArray | None = None
     follows: bool = False
-    again: Callable[[FloatArray, FloatArray], Term] | None = None
+    again: Callable[[Left, FloatArray], Term] | None = None
     common: Term | None = None
 
     @property
@@ -116,7 +119,8 @@ class Left:
     """What a set of terms leaves of the effort, and what can be found in it.
 
     Attributes:
-        explained: effort that the set and the nominal model explain, float64[n].
+        explained: effort that the set and the nominal model explain, float64[n]. carried: of it
+            the load that the machine carries.
         orders: strongest orders over the turn, per rad of it, best first; as shares of an effort,
             float64[n], where one is given.
         lines: Hz of the strongest lines over time that are not the motion's own, best first.
@@ -127,6 +131,7 @@ class Left:
     """
 
     explained: FloatArray
+    carried: FloatArray
     orders: Callable[[FloatArray | None], Sequence[float]]
     lines: Callable[[], Sequence[float]]
     window: Callable[[], tuple[float, float]]

@@ -8,6 +8,7 @@ import numpy as np
 
 from ..drive.parameters import DriveParameters
 from .along import Along
+from .carried_load import carried_by_gain
 from .effect import Effect, Quantity
 from .rigid_form import HUGE, RigidForm, Stem, Values
 from .starts import multiples
@@ -54,6 +55,7 @@ def term(along: Along) -> Term:
         effect="torque_constant_error",
         key="gain",
         columns=asked[None],
+        carried=carried_by_gain(along)[None],
         parameters=lambda c: ((name, unit, gain / (ratio + float(c[0]))),),
         values=lambda c: {"ratio": float(c[0])},
         low=(-0.9 * ratio or 1.0 / HUGE,),

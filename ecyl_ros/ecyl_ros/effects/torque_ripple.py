@@ -60,7 +60,7 @@ def term(along: Along, order: float, effort: FloatArray) -> Term:
         alternatives=once_per_turn(order, along.turn.name),
         follows=True,
         of_effort=False,
-        again=lambda explained, values: term(along, order, explained),
+        again=lambda left, values: term(along, order, left.explained),
     )
     return replace(share, columns=along.motion.quiet(effort) * share.columns)
 

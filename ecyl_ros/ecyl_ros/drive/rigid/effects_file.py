@@ -44,7 +44,6 @@ _NAMES: dict[str, Callable[[str, Units], tuple[str, str]]] = {
     "time": lambda stem, units: (f"{stem}_s", "s"),
     "frequency": lambda stem, units: (f"{stem}_hz", "Hz"),
     "share": lambda stem, units: (stem, "1"),
-    "coefficient": lambda stem, units: ("coefficient", "1"),
     "angle": lambda stem, units: (f"{stem}_rad", "rad"),
     "gain": lambda stem, units: units.gain(stem == "per_volt"),
 }

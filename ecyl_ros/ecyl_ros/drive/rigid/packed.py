@@ -63,9 +63,7 @@ def scaled(effect: Acting, factor: float) -> Acting:
     """An effect whose efforts are counted otherwise: `factor` for one of those it has."""
     if factor in (0.0, 1.0):
         return effect
-    efforts = {
-        one.name for one in RIGID[effect.name].stems if one.kind in (*EFFORT_KINDS, "coefficient")
-    }
+    efforts = {one.name for one in RIGID[effect.name].stems if one.kind in EFFORT_KINDS}
     values = {
         name: value * factor if name in efforts else value for name, value in effect.values.items()
     }

@@ -194,7 +194,8 @@ class Candidates:
         return side_by_side(self._promises.sized, promises)
 
     def larger(self, firsts: Sequence[Fit], singles: Sequence[Fit]) -> list[Fit]:
-        """Sets with one effect more than `firsts` have, fitted; best first.
+        """Sets with one effect more than `firsts` have, fitted; best first, empty where there is
+        no other effect.
 
         Upon each of `firsts`; sets of two also from responses added up, from `singles` in shares
         of the sizes they have alone, and from the balance of torque.
@@ -213,7 +214,7 @@ class Candidates:
             both += chained(self.fitter, self.null, self.names)[:_KEPT_CHAINED]
             sets += both
             promised += [one.fitted for one in both]
-        return self._best_of(sets, promised)
+        return self._best_of(sets, promised) if sets else []
 
     def _upon(self, firsts: Sequence[Fit]) -> tuple[list[Fit], list[float]]:
         """Each of `firsts` with one more effect, the most promising started, not yet fitted.

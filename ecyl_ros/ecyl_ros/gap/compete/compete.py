@@ -76,6 +76,8 @@ def compete(
             break
         report(f"sets of {size}", 0.5 + 0.1 * size)
         fitted = field.larger(firsts, singles)
+        if not fitted:  # no effect is left to add
+            break
         if len(winner.names) == size:
             fitted = sorted([winner, *fitted], key=lambda one: one.fitted)
         report(f"sets of {size}", 0.6 + 0.1 * size)

@@ -133,14 +133,15 @@ def _first(ranked: Sequence[tuple[float, Term]], strained: Collection[str]) -> T
 
 
 def _afresh(sets: Sets, chosen: Sequence[Term]) -> list[Term]:
-    """A ripple is a share of the effort, a delay shifts it: of what the set explains now."""
+    """A ripple is a share of the effort, friction one of the load carried, a delay shifts the
+    effort: of what the set explains now."""
     kept = list(chosen)
     for _ in range(_AGAIN):
         if all(one.again is None for one in kept):
             break
         fit = sets.fit(kept)
-        explained = fit.explained(sets.balance.nominal)
-        kept = [one if one.again is None else one.again(explained, fit.of(one)) for one in kept]
+        left = sets.left(fit, kept)
+        kept = [one if one.again is None else one.again(left, fit.of(one)) for one in kept]
     return kept
 
 

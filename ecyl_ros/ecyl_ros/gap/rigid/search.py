@@ -13,6 +13,7 @@ from scipy.signal import find_peaks
 
 from ...arrays import BoolArray, FloatArray
 from ...effects.along import Along
+from ...effects.carried_load import carried_by
 from ...effects.term import Left, Term
 from .balance import Balance
 from .floor import Pairs, coherence, less_line, pairs
@@ -51,6 +52,7 @@ def left_by(
 
     return Left(
         explained=current.explained(balance.nominal),
+        carried=current.carried(carried_by(along.model).along(along)),
         orders=orders,
         lines=lambda: _frequencies(balance, along, current, same),
         window=lambda: _window(balance, along, residual),

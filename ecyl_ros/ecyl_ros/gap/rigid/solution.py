@@ -106,6 +106,14 @@ class Solution:
                 made += self.of(one) @ one.columns
         return made
 
+    def carried(self, nominal: FloatArray) -> FloatArray:
+        """Load carried on the grid of the motion: nominal plus what the terms add."""
+        made = nominal.copy()
+        for one in self.terms:
+            if one.carried is not None:
+                made += self.of(one) @ one.carried
+        return made
+
     @property
     def free(self) -> tuple[Term, ...]:
         """Terms that nothing is known of beforehand."""
