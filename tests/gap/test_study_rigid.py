@@ -16,7 +16,7 @@ from ecyl_ros.gap.study.rigid.cases import plan_cases, play, true_constants
 from ecyl_ros.gap.study.rigid.demand import demand
 from ecyl_ros.gap.study.rigid.drawn import draw_drive
 from ecyl_ros.gap.study.rigid.equations import STEP_S, Truth, run
-from ecyl_ros.gap.study.rigid.faults import FAULTS, faults
+from ecyl_ros.gap.study.rigid.faults import FAULTS, clash, faults
 from ecyl_ros.gap.study.rigid.judgeable import SHOWS, standing
 from ecyl_ros.gap.study.rigid.logger import Logger, record
 from ecyl_ros.gap.study.rigid.structure import FORMS, LARGEST, SMALLEST, with_structure
@@ -131,13 +131,13 @@ def test_the_closed_form_of_the_demand_is_what_the_machine_took(linear) -> None:
     seed = next(
         seed
         for seed in range(40)
-        if draw_drive(seed, linear, None, 0.05).facts["actuation"] in ("force", "torque")
+        if draw_drive(seed, linear, (), 0.05).facts["actuation"] in ("force", "torque")
     )
     case = Case(0, seed, "none", drives="rigid", sheet=0.05, facts={"linear": linear})
-    ((drawn, faulty, rows),) = play(case)
+    ((drawn, truth, _, rows),) = play(case)
     speed, acceleration = rows[:, 1], rows[:, 4]
     time = np.arange(len(rows)) * 1e-3
-    asked = demand(faulty.truth, time, rows[:, 3], speed, acceleration) + drawn.coupling
+    asked = demand(truth, time, rows[:, 3], speed, acceleration) + drawn.coupling
     slides = np.abs(speed) > 0.1 * np.max(np.abs(speed))
     # An acceleration is that of the step before the sample, under the command before it.
     gap = (asked[1:] - rows[:-1, 2])[slides[1:]]
@@ -211,7 +211,7 @@ def test_drives_are_drawn_as_they_come() -> None:
     """Over 120 draws: every actuation, one-way and resting motion, lags within two samples, logs
     from 50 to 1000 Hz, noise up to the fault's size, steps of 8 to 16 bit or 1 to 50 um, values
     left out of the file."""
-    drawn = [draw_drive(seed, bool(seed % 2), None, 0.05) for seed in range(120)]
+    drawn = [draw_drive(seed, bool(seed % 2), (), 0.05) for seed in range(120)]
     facts = [one.facts for one in drawn]
     assert {one["actuation"] for one in facts} == {"force", "torque", "current", "voltage", "loop"}
     for name in ("one_way", "rests", "moves", "coupled", "loop_known"):
@@ -245,7 +245,7 @@ def test_machines_lie_off_their_file_as_its_tolerances_say() -> None:
     is stated; a file that is exact is met exactly."""
     off = []
     for seed in range(100):
-        one = draw_drive(seed, True, None, 0.05)
+        one = draw_drive(seed, True, (), 0.05)
         stated = {
             "load.mass": one.machine.inertia,
             "actuation.gain": one.machine.gain,
@@ -256,14 +256,14 @@ def test_machines_lie_off_their_file_as_its_tolerances_say() -> None:
         off += [one.constants[key] / stated[key] - 1.0 for key in one.constants]
     assert np.std(off) == pytest.approx(0.05, rel=0.12)
     assert np.mean(np.abs(off) < 0.1) == pytest.approx(0.954, abs=0.035)
-    exact = draw_drive(3, True, None, 0.0)
+    exact = draw_drive(3, True, (), 0.0)
     assert exact.tolerances == {"all": "exact"}
     assert exact.constants["load.mass"] == pytest.approx(exact.machine.inertia, rel=1e-12)
 
 
 def test_a_wrong_inertia_leaves_the_sheet() -> None:
     """With tolerances of 10 % the fault is 25 % or more, whatever is drawn."""
-    drawn = draw_drive(3, True, "load_inertia_error", 0.05)
+    drawn = draw_drive(3, True, ("load_inertia_error",), 0.05)
     for seed in range(30):
         fault = faults(True)["load_inertia_error"](
             drawn.truth, drawn.size, np.random.default_rng(seed)
@@ -273,7 +273,7 @@ def test_a_wrong_inertia_leaves_the_sheet() -> None:
 
 def test_a_constant_that_a_fault_comes_on_top_of_has_both_as_its_truth() -> None:
     """Friction on the file's friction is their sum; by direction, or drifting, it is none."""
-    drawn = draw_drive(3, True, None, 0.05)
+    drawn = draw_drive(3, True, (), 0.05)
 
     def true_with(effect: str) -> dict[str, float]:
         fault = faults(True)[effect](drawn.truth, drawn.size, np.random.default_rng(2))
@@ -292,7 +292,7 @@ def _stands(effect: str, *, one_way: bool, linear: bool = True, reach_share: flo
     """How far a fault stands above noise on one drive that moves both ways, or forwards only."""
     drawn = next(
         one
-        for one in (draw_drive(seed, linear, None, 0.05) for seed in range(200))
+        for one in (draw_drive(seed, linear, (), 0.05) for seed in range(200))
         if one.facts["one_way"] is one_way
         and one.facts["actuation"] in ("force", "torque")
         and one.facts["noise_over_fault"] < 0.1
@@ -348,7 +348,7 @@ def test_structure_acts_beside_a_fault_as_large_as_its_label_says() -> None:
     same again; the drive and its fault are those of the case without."""
     shapes = set()
     for seed in range(12):
-        bare = draw_drive(seed, linear=True, effect="load_coulomb_friction", sheet=0.0)
+        bare = draw_drive(seed, linear=True, effects=("load_coulomb_friction",), sheet=0.0)
         found, facts = with_structure(bare, seed)
         again, _ = with_structure(bare, seed)
         added = found.coupling - bare.coupling
@@ -387,7 +387,7 @@ def test_the_diagnosis_gets_the_sheet_and_nothing_of_the_machine() -> None:
     drives = RigidDrives(0.05)
     case = draw_cases(drives, 1, 11, Choice(kinds=("single",), effects=("spring_load",)))[0]
     recording, sheet, _ = drives.given(case)
-    drawn = draw_drive(case.seed, bool(case.facts["linear"]), "spring_load", 0.05)
+    drawn = draw_drive(case.seed, bool(case.facts["linear"]), ("spring_load",), 0.05)
     assert sheet == dataclasses.replace(drawn.machine, tolerances=drawn.tolerances)
     assert sheet.stiffness == 0.0
     said = product_diagnosis(recording, sheet, frozenset())
@@ -403,9 +403,9 @@ def test_several_recordings_are_of_one_machine_moved_anew() -> None:
     (case,) = draw_cases(drives, 1, 5, choice)
     every = play(case)
     assert [len(one.rows) for one in every] == [4000] * 3
-    assert len({one.faulty.truth._replace(sine=(0.0, 0.0, 0.0)) for one in every}) == 1
-    assert len({one.faulty.truth.sine[:2] for one in every}) == 1
-    assert len({one.faulty.truth.sine[2] for one in every}) == 3
+    assert len({one.truth._replace(sine=(0.0, 0.0, 0.0)) for one in every}) == 1
+    assert len({one.truth.sine[:2] for one in every}) == 1
+    assert len({one.truth.sine[2] for one in every}) == 3
     assert not np.allclose(every[0].drawn.reference, every[1].drawn.reference)
     recording, _, others = drives.given(case)
     again = drives.given(Case.from_label(case.label()))
@@ -413,6 +413,27 @@ def test_several_recordings_are_of_one_machine_moved_anew() -> None:
     for one, other in zip((recording, *others), (again.recording, *again.others), strict=True):
         for name in ("stamp_ns", "rod_position_m", "rotor_position_rad"):
             assert np.array_equal(getattr(one, name), getattr(other, name), equal_nan=True)
+
+
+def test_a_pair_acts_as_both_do_and_never_of_what_looks_alike() -> None:
+    """The effort of a machine with two faults is a healthy one's with what either adds by itself;
+    none clash."""
+    drives = RigidDrives(0.0)
+    cases = [drives.complete(one) for one in drives.plan(12, 4, Choice(kinds=("pair",)))]
+    for case in cases:
+        (played,) = play(case)
+        first, second = case.effects
+        assert not clash(first, second) and set(played.alone) == set(case.effects)
+        rows = played.rows
+        time = np.arange(len(rows)) * 1e-3
+        motion = time, rows[:, 3], rows[:, 1], rows[:, 4]
+        if {"torque_ripple", "actuation_delay", "load_dependent_friction"} & set(case.effects):
+            continue  # a share of the other, or as late
+        healthy = demand(played.drawn.truth, *motion)
+        added = sum(demand(one.truth, *motion) - healthy for one in played.alone.values())
+        np.testing.assert_allclose(
+            demand(played.truth, *motion), healthy + added, atol=1e-6 * played.drawn.size.level
+        )
 
 
 def test_a_machine_that_another_axis_pulls_at_is_not_called_healthy() -> None:
@@ -434,8 +455,6 @@ def test_what_comes_on_top_is_counted_from_the_file() -> None:
     plan = drives.plan(8, 5, Choice(kinds=("single",), effects=("load_coulomb_friction",)))
     for planned in plan:
         (played,) = play(planned)
-        file, values = played.drawn.machine.coulomb, played.faulty.values
-        (value,) = values.values()
-        assert file + value * played.drawn.size.ratio == pytest.approx(
-            played.faulty.truth.coulomb[0]
-        )
+        (alone,) = played.alone.values()
+        file, (value,) = played.drawn.machine.coulomb, alone.values.values()
+        assert file + value * played.drawn.size.ratio == pytest.approx(played.truth.coulomb[0])

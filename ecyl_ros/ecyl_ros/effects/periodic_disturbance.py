@@ -66,7 +66,6 @@ def term(along: Along, frequency_hz: float) -> Term:
         stems={"frequency": frequency_hz},
         effect="periodic_disturbance",
         key=f"disturbance {frequency_hz:.9g}",
-        extent=float(np.ptp(time_s[motion.usable])),
         rate=frequency_hz,
         over_time=True,
     )

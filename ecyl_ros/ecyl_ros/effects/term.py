@@ -57,10 +57,10 @@ class Term:
         mean: whether it has a free mean.
         least: first coefficient that says anything; up to it, it is of how recordings come about.
         fixed: parameters that were searched, not fitted. steps: standard deviations of those of
-            them that were searched in steps. extent: time, turns or travel in m over which a rate
-            was searched; 0 where it can only be a whole number.
+            them that were searched in steps.
         rate: of a sine, per rad of the turn (per m, in Hz over time). phase: float64[n] of it.
-            over_time: whether it is one of time.
+            over_time: whether it is one of time. whole: whether its rate can only be a whole
+            number.
         of_effort: whether its coefficients are efforts, by the file's gain: in N or N m they are
             others by another gain.
         inertia: share of the acceleration in its first column.
@@ -90,10 +90,10 @@ class Term:
     least: float = -math.inf
     fixed: Mapping[str, float] = field(default_factory=dict)
     steps: Mapping[str, float] = field(default_factory=dict)
-    extent: float = 0.0
     rate: float = 0.0
     phase: FloatArray = field(default_factory=lambda: np.zeros(0))
     over_time: bool = False
+    whole: bool = False
     of_effort: bool = True
     inertia: float = 0.0
     unsure: float = 0.0

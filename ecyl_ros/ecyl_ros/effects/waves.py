@@ -86,17 +86,14 @@ def over_turn(along: Along, order: float, stem: str, first: tuple[str, str], **m
     """A sine of an order over the turn; see `sine`."""
     angle, name, unit, rate = along.turn
     shown = math.tau / order if name == "period_m" else order
-    travel = float(np.ptp(angle[along.motion.usable]))
-    whole = name == "periods_per_rev" and order == round(order) and along.turns
-    extent = travel if name == "period_m" else travel / math.tau
     return sine(
         order * angle,
         stem,
         first,
         found=((name, unit, shown),),
         stems={"wave": order * rate},
-        extent=0.0 if whole else extent,
         rate=order,
+        whole=name == "periods_per_rev" and order == round(order) and along.turns,
         **more,
     )
 

@@ -16,7 +16,7 @@ from ...effects.catalogue import EFFECTS, RIGID
 from ...effects.term import Term
 from .contest import Contest, won_by
 from .null import Null
-from .search import settled
+from .searched import by_rate, is_searched, resolution
 from .sets import LEAST_GAIN, Sets
 from .solution import Solution
 from .terms import free_means
@@ -26,6 +26,7 @@ _TIE = 1e-4  # of a cost: so near, two are one
 _AGAIN = 3  # times that columns follow the effort
 _MOST = 8  # terms in a set
 _SINGLES = 8  # shown alone
+_STEPS = 2  # of Gauss and Newton
 
 
 def compete(
@@ -146,19 +147,21 @@ def _afresh(sets: Sets, chosen: Sequence[Term]) -> list[Term]:
 
 
 def _tuned(sets: Sets, chosen: Sequence[Term]) -> list[Term]:
-    """Orders over the turn that were searched, sought once more beside all that acts."""
-    kept, balance, along = list(chosen), sets.balance, sets.catalogue.along
+    """Rates that were searched, fitted beside all that acts."""
+    kept, catalogue = list(chosen), sets.catalogue
+    along = catalogue.along
     for at, one in enumerate(kept):
-        shape = RIGID[one.effect].shape
-        if one.over_time or not (one.rate and one.extent > 0.0 and shape is not None):
+        if not is_searched(one):
             continue
-        fit = sets.fit(kept)
-        values = (fit.residual + balance.columns([one]) @ fit.of(one))[balance.fitted]
-        explained = fit.explained(balance.nominal)
-        rate = settled(balance, values, along, explained if one.follows else None, one.rate)
-        kept[at] = RIGID[one.effect].term(
-            along, *shape(along, {"wave": rate * along.turn.rate}, explained)
-        )
+        form, rate, least = RIGID[one.effect], one.rate, resolution(one)
+        for _ in range(_STEPS):
+            fit = sets.fit(kept)
+            slope = by_rate(kept[at], fit.of(kept[at]))
+            more = float(sets.fit([*kept, slope]).of(slope)[0])
+            rate = min(max(rate + more, one.rate - least), one.rate + least)
+            values = {"wave": rate * along.turn.rate, "frequency": rate}
+            explained = fit.explained(sets.balance.nominal)
+            kept[at] = catalogue.own(form.term(along, *form.shape(along, values, explained)))
     return kept
 
 

@@ -29,7 +29,6 @@ _SHARE = 0.01  # of the power that a peak holds
 _FINE = 0.25  # of what two frequencies have to be apart to be told, between two tried
 _POINTS = 8_000_000  # sines of one scan at the most
 _SPACING = 0.3  # of what two orders have to be apart to be told, between two tried
-_STEPS = 2  # of Gauss and Newton
 _LEAST_PERIODS = 4.0  # within the travel or the time
 _OWN_LINE = 0.03  # share of the motion's power that makes a frequency its own
 _OF_MOTION = 0.5  # coherence with the state of motion: beyond, it has most of the line
@@ -186,33 +185,6 @@ def _orders(
         _refined(values, position, rate, spacing, weight)
         for rate in _peaks(values, position, rates, weight)
     ]
-
-
-def settled(
-    balance: Balance,
-    values: FloatArray,
-    along: Along,
-    effort: FloatArray | None,
-    rate: float,
-) -> float:
-    """A rate over the turn by the wave as the band lets it through: weaker where it is fast.
-
-    values: float64 of the fitted rows, that it is in. effort: float64[n] that it is a share of.
-    """
-    motion, rows, angle = balance.motion, balance.fitted, along.turn.angle
-    spacing = _SPACING * math.tau / float(np.ptp(angle[motion.rows][rows]))
-    share = np.ones_like(angle) if effort is None else effort
-    at = angle - float(np.mean(angle))
-    begin = rate
-    for _ in range(_STEPS):
-        wave = np.stack([np.cos(rate * at), np.sin(rate * at)])
-        cos, sin, x_cos, x_sin = motion.filtered(np.concatenate([wave, at * wave]) * share)[:, rows]
-        a, b = np.linalg.lstsq(np.stack([cos, sin], axis=1), values, rcond=None)[0]
-        columns = np.stack([cos, sin, b * x_cos - a * x_sin], axis=1)  # the last: by the rate
-        size = np.sqrt(np.mean(columns**2, axis=0)) + 1e-300
-        step = np.linalg.lstsq(columns / size, values, rcond=1e-8)[0][2] / size[2]
-        rate = min(max(rate + float(step), begin - spacing), begin + spacing)
-    return rate if rate > 0.0 else begin
 
 
 def _frequencies(

@@ -14,6 +14,7 @@ from ...effects.along import UNMODELLED
 from ...effects.term import Interval, Parameters, Term
 from .balance import Balance
 from .normal import MOST_BLUR, freed
+from .searched import with_rates
 from .solution import Solution
 
 _ALONG_A_WAVE = 0.5  # of `UNMODELLED`; models err smoothly, and in other directions by all of it
@@ -129,15 +130,18 @@ def intervals(
     left: RMS of the structure that is still left: a further effect of that size would bend the
     values of those that were found.
     """
+    told = solution.terms
+    solution, rates = with_rates(solution)
     every, count = covariance(balance, solution, rows)
     bent = unsure(balance, solution, rows)
     modelled = _roots(_modelled(balance, solution, rows, left))
     own = balance.model.counted == 1.0
+    deviations = _roots(every)
     gain = next((at for at, one in enumerate(_keys(solution.terms)) if one == "gain"), None)
     quantile = _quantile(count, solution)
     found: dict[str, list[Interval]] = {}
     at = 0
-    for term in solution.terms:
+    for term in told:
         size = term.columns.shape[0]
         rows_of = [*range(at, at + size)]
         scaled = own and term.of_effort
@@ -160,7 +164,11 @@ def intervals(
             form = float(np.linalg.norm(slopes[number] * modelled[rows_of]))
             half = math.hypot(quantile * spread, form, _FORM * abs(value))
             if name in term.fixed:
-                half = quantile * _searched(term, name, value, base[0][2], part[:size, :size])
+                half = quantile * term.steps.get(name, 0.0)
+                if term.key in rates:  # an order, a frequency, or a period, which is one over it
+                    at_rate = rates[term.key]
+                    half = math.hypot(quantile * deviations[at_rate], modelled[at_rate])
+                    half *= abs(value) / term.rate
             if number == 0:
                 half = math.hypot(half, term.unsure)
             low, high = value - half + min(off, 0.0), value + half + max(off, 0.0)
@@ -194,20 +202,3 @@ def _quantile(count: int, solution: Solution) -> float:
 def _keys(terms: Sequence[Term]) -> list[str]:
     """The key of the term of each coefficient."""
     return [one.key for one in terms for _ in range(one.columns.shape[0])]
-
-
-def _searched(
-    term: Term, name: str, value: float, amplitude: float, covariance: FloatArray
-) -> float:
-    """Standard deviation of a parameter that was searched: the rate of a sine, or one in steps.
-
-    sigma_f = sqrt(3) / pi x sigma_A / (A T) for a sine seen over T (Rife, Boorstyn, 1974). A period
-    follows from its rate.
-    """
-    if name in term.steps:
-        return term.steps[name]
-    if term.extent <= 0.0 or amplitude <= 0.0:
-        return 0.0
-    ratio = math.sqrt(max(float(np.trace(covariance)) / 2.0, 0.0)) / amplitude
-    spread = math.sqrt(3.0) / math.pi * ratio / term.extent
-    return spread * value**2 if name == "period_m" else spread

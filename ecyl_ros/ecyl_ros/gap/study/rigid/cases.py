@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import zlib
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -18,26 +18,32 @@ from ...judge.verdict import NO_GAP_RATIO
 from ..case import STRUCTURE, Case
 from .drawn import Drawn, draw_drive, moved_anew
 from .equations import Truth, run
-from .faults import STRANGE, Faulty, faults
+from .faults import STRANGE, Faulty, clash, faults
 from .judgeable import SHOWS, pulled, standing
 from .logger import record
 from .structure import with_structure
 
-SHARES = {"single": 0.6, "none": 0.25, "withheld": 0.15, STRUCTURE: 0.6}
+# Drawn only when asked for: two at once, and beside structure.
+SHARES = {"single": 0.6, "none": 0.25, "withheld": 0.15, "pair": 0.6, STRUCTURE: 0.6}
 KINDS, USUAL = tuple(SHARES), ("single", "none", "withheld")
 SHEET_SD, SHEET_SHARE = 0.05, 0.6  # of the drives are off their sheet by so much, unless told
 RECORDINGS, SECONDS = "recordings", "seconds_each"  # facts of a case of several recordings
 # Over all other noise, from which what another axis pulls raises it by what counts as a gap.
 _PULLS = math.sqrt(NO_GAP_RATIO**2 - 1.0)
+_TRIED = 40  # faults, for one that goes beside another
 _ATTEMPTS = 8  # at a drive that keeps to its reference
 _ASTRAY = 0.5  # of the travel: a drive that far from its reference has run away
 
 
 class Played(NamedTuple):
-    """A drive and how it moved with its fault: rows as `equations.run` gives them."""
+    """A drive and how it moved with its faults: rows as `equations.run` gives them.
+
+    truth: with all of them. alone: with each by itself, and its values, by name.
+    """
 
     drawn: Drawn
-    faulty: Faulty
+    truth: Truth
+    alone: dict[str, Faulty]
     rows: FloatArray
 
 
@@ -68,32 +74,33 @@ def plan_cases(
         named = [name for name in faults(linear) if effects is None or name in effects]
         given = [name for name in named if name not in without]
         barred = [name for name in named if not without or name in without]
-        for withheld, names in ((False, given), (True, barred)):
-            queues[linear, withheld] = _rounds(names, rng)
+        for withheld, usual in ((False, given), (True, barred)):
+            queues[linear, withheld] = _rounds(usual, rng)
     facts = {} if several is None else {RECORDINGS: several[0], SECONDS: several[1]}
     cases = []
     for index in range(count):
         linear = bool(rng.random() < 0.5)
         off = SHEET_SD if rng.random() < SHEET_SHARE else 0.0
         kind = str(rng.choice(usable, p=shares / shares.sum()))
-        name = None
+        names: tuple[str, ...] = ()
         if kind != "none":
-            name = next(queues[linear, kind == "withheld"], None)
-            if name is None:  # a fault of the other output alone
+            drawn = _of_kind(queues, linear, kind)
+            if not drawn:  # faults of the other output alone
                 linear = not linear
-                name = next(queues[linear, kind == "withheld"], None)
-            if name is None:
+                drawn = _of_kind(queues, linear, kind)
+            if not drawn:
                 raise InputError(
                     f"no case of kind {kind} is left with the effects asked for; expected one of "
                     f"{', '.join(dict.fromkeys([*faults(True), *faults(False)]))}"
                 )
-        hidden = set(without) | ({name} if kind == "withheld" and name else set())
+            names = drawn
+        hidden = set(without) | (set(names) if kind == "withheld" else set())
         cases.append(
             Case(
                 index=index,
                 seed=int(rng.integers(2**31)),
                 kind=kind,
-                effects={name: {}} if name else {},
+                effects={name: {} for name in names},
                 withheld=tuple(sorted(hidden)),
                 drives="rigid",
                 sheet=off if sheet is None else sheet,
@@ -101,6 +108,19 @@ def plan_cases(
             )
         )
     return cases
+
+
+def _of_kind(
+    queues: Mapping[tuple[bool, bool], Iterator[str]], linear: bool, kind: str
+) -> tuple[str, ...]:
+    """The next faults of an output; a pair of two that do not clash; none where there is none."""
+    queue = queues[linear, kind == "withheld"]
+    first = next(queue, None)
+    if first is None or kind != "pair":
+        return () if first is None else (first,)
+    others = (next(queue) for _ in range(_TRIED))
+    second = next((one for one in others if not clash(first, one)), None)
+    return () if second is None else (first, second)
 
 
 def _rounds(names: list[str], rng: np.random.Generator) -> Iterator[str]:
@@ -115,23 +135,23 @@ def play(case: Case) -> tuple[Played, ...]:
     Raises:
         InputError: it does not keep to its way.
     """
-    effect = next((one for one in case.effects if one not in STRANGE), None)
+    effects = [one for one in case.effects if one not in STRANGE]
     count, seconds = int(case.facts.get(RECORDINGS, 1)), case.facts.get(SECONDS)
     linear = bool(case.facts["linear"])
-    drawn = draw_drive(case.seed, linear, effect, case.sheet)
-    faulty = Faulty(drawn.truth, {})
-    if effect is not None:
-        rng = np.random.default_rng([case.seed, zlib.crc32(effect.encode())])
-        faulty = faults(linear)[effect](drawn.truth, drawn.size, rng)
+    drawn = draw_drive(case.seed, linear, effects, case.sheet)
+    truth, alone = drawn.truth, {}
+    for effect in effects:
+        fault, seed = faults(linear)[effect], [case.seed, zlib.crc32(effect.encode())]
+        alone[effect] = fault(drawn.truth, drawn.size, np.random.default_rng(seed))
+        truth = fault(truth, drawn.size, np.random.default_rng(seed)).truth
     if seconds is None:
-        return (_moved(effect, _disturbed(case, drawn), faulty),)
+        return (_moved(_disturbed(case, drawn), truth, alone),)
     found = []
     for number in range(count):
         again = _disturbed(case, moved_anew(drawn, case.seed, number, float(seconds)))
-        swing, rate, _ = faulty.truth.sine  # begins wherever it happens to be
+        swing, rate, _ = truth.sine  # begins wherever it happens to be
         phase = math.tau * np.random.default_rng([case.seed, 9, number]).random()
-        truth = faulty.truth._replace(sine=(swing, rate, phase))
-        found.append(_moved(effect, again, faulty._replace(truth=truth)))
+        found.append(_moved(again, truth._replace(sine=(swing, rate, phase)), alone))
     return tuple(found)
 
 
@@ -143,9 +163,9 @@ def _disturbed(case: Case, drawn: Drawn) -> Drawn:
     return replace(found, facts={**found.facts, **facts})
 
 
-def _moved(effect: str | None, drawn: Drawn, faulty: Faulty) -> Played:
+def _moved(drawn: Drawn, truth: Truth, alone: dict[str, Faulty]) -> Played:
     rows = run(
-        faulty.truth,
+        truth,
         drawn.reference,
         np.zeros(drawn.reference.size),
         drawn.noise,
@@ -154,8 +174,9 @@ def _moved(effect: str | None, drawn: Drawn, faulty: Faulty) -> Played:
     )
     astray = np.abs(rows[:, 3] - drawn.reference)
     if not np.isfinite(rows).all() or float(np.max(astray)) > _ASTRAY * drawn.size.reach:
-        raise InputError(f"{effect or 'no effect'}: the drive does not keep to its reference")
-    return Played(drawn, faulty, rows)
+        named = ", ".join(alone) or "no effect"
+        raise InputError(f"{named}: the drive does not keep to its reference")
+    return Played(drawn, truth, alone, rows)
 
 
 def complete_case(case: Case) -> Case:
@@ -173,17 +194,18 @@ def complete_case(case: Case) -> Case:
 
 
 def _labelled(case: Case, every: tuple[Played, ...]) -> Case:
-    drawn, faulty, _ = every[0]
+    drawn, truth, alone, _ = every[0]
     gaps, nominal, unseen = {}, {}, []
     for effect in case.effects:
-        stands = max(standing(one.drawn, one.faulty.truth, effect, one.rows) for one in every)
+        own = alone[effect].truth
+        stands = max(standing(one.drawn, own, effect, one.rows) for one in every)
         gaps[effect] = {"effort": stands}
         if stands < SHOWS:
             unseen.append(effect)
         held = drawn.machine.inertia
         if effect.endswith("inertia_error") and held is not None:
-            nominal[effect] = dict.fromkeys(faulty.values, held / drawn.size.ratio)
-    effects = {effect: dict(faulty.values) for effect in case.effects}
+            nominal[effect] = dict.fromkeys(alone[effect].values, held / drawn.size.ratio)
+    effects = {effect: dict(alone[effect].values) for effect in case.effects}
     kind, strange = case.kind, _strange(drawn)
     if kind == "none" and strange:
         kind, effects = "outside", {effect: {} for effect in strange}
@@ -192,7 +214,7 @@ def _labelled(case: Case, every: tuple[Played, ...]) -> Case:
         kind=kind,
         effects=effects,
         gaps=gaps,
-        constants=true_constants(drawn, faulty.truth),
+        constants=true_constants(drawn, truth),
         tolerances=drawn.tolerances,
         nominal=nominal,
         unseen=tuple(unseen),
@@ -251,6 +273,6 @@ def record_case(case: Case) -> tuple[tuple[Recording, ...], Drawn]:
             effort=rows[:, 2],
             reference=drawn.reference,
         )
-        for number, (drawn, _, rows) in enumerate(every)
+        for number, (drawn, _, _, rows) in enumerate(every)
     ]
     return tuple(found), every[0].drawn

@@ -25,18 +25,16 @@ def demand(
     level = np.where(ahead, *truth.coulomb).astype(float)
     level += truth.static * np.exp(-((speed / truth.stribeck) ** 2))
     level *= 1.0 + truth.drift_per_s * time
-    level += truth.carried * np.abs(truth.inertia * acceleration + truth.constant)
+    amplitude, rate, phase = truth.gravity
+    carried = truth.inertia * acceleration + truth.constant + truth.stiffness * position
+    carried += amplitude * np.sin(rate * position + phase)
+    level += truth.carried * np.abs(carried)
     height, middle, width = truth.jam
     if height:
         share = np.clip(0.5 + (0.5 * width - np.abs(position - middle)) / (0.15 * width), 0.0, 1.0)
         level += height * 0.5 * (1.0 - np.cos(math.pi * share))
-    load = truth.inertia * acceleration + np.where(ahead, *truth.viscous) * speed
-    load += truth.constant + truth.stiffness * position + level * np.sign(speed)
-    for (amplitude, rate, phase), along in (
-        (truth.cogging, position),
-        (truth.gravity, position),
-        (truth.sine, time),
-    ):
+    load = carried + np.where(ahead, *truth.viscous) * speed + level * np.sign(speed)
+    for (amplitude, rate, phase), along in ((truth.cogging, position), (truth.sine, time)):
         load += amplitude * np.sin(rate * along + phase)
     fraction, rate, phase = truth.ripple
     load /= 1.0 - fraction * np.sin(rate * position + phase)

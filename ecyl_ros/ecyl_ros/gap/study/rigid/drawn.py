@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Collection
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -52,10 +53,10 @@ class Drawn:
         return known[0] if known else None
 
 
-def draw_drive(seed: int, linear: bool, effect: str | None, sheet: float) -> Drawn:
+def draw_drive(seed: int, linear: bool, effects: Collection[str], sheet: float) -> Drawn:
     """The healthy drive of a seed.
 
-    effect: that it is to show, for which it is moved and recorded so that it may be seen at all.
+    effects: that it is to show, for which it is moved and recorded so that they may be seen at all.
     sheet: relative standard deviation of its constants off the file's.
     """
     rng = np.random.default_rng([seed, 6])
@@ -80,7 +81,9 @@ def draw_drive(seed: int, linear: bool, effect: str | None, sheet: float) -> Dra
     effort = inertia * acceleration
     level = 2.0 * log(0.06, 0.25) * effort
     bandwidth = math.tau * within(15.0, 30.0)
-    if effect == "actuation_delay":  # in a faster loop it would be a drive that runs away
+    late = "actuation_delay" in effects
+    heavier = any(one.endswith("inertia_error") for one in effects)
+    if late:  # in a faster loop it would be a drive that runs away
         bandwidth *= 0.4
     kind = str(rng.choice(ACTUATIONS, p=_ACTUATION_SHARES))
     own = "force" if linear else "torque"
@@ -122,16 +125,14 @@ def draw_drive(seed: int, linear: bool, effect: str | None, sheet: float) -> Dra
     left_out = None
     if rng.random() < 0.25 and actuation in ("current", "voltage"):
         left_out = "gain"
-    elif rng.random() < 0.15 and not str(effect).endswith("inertia_error"):
+    elif rng.random() < 0.15 and not heavier:
         left_out = "inertia"
-    if left_out == "gain" and not str(effect).endswith("inertia_error"):
+    if left_out == "gain" and not heavier:
         unit, ratio = {"current": "a", "voltage": "v"}[actuation], true_gain
     else:
         left_out = None if left_out == "gain" else left_out
         ratio = 1.0
-    logger = draw_logger(
-        rng, linear, actuation, level / gain, DURATION_S, effect == "actuation_delay"
-    )
+    logger = draw_logger(rng, linear, actuation, level / gain, DURATION_S, late)
     mass = "load.mass" if linear else "load.inertia"
     resolution = reach * 2.0 ** -float(rng.integers(19, 23))
     states_sensors = rng.random() < 0.5

@@ -79,13 +79,19 @@ def _level(m, time, position, speed, carried):
 
 
 @kernel
+def _external(m, position):
+    """Load that acts on the output from outside."""
+    weight = m.gravity[0] * math.sin(m.gravity[1] * position + m.gravity[2])
+    return m.constant + m.stiffness * position + weight
+
+
+@kernel
 def _net(m, time, position, speed, effort, friction, coupling):
     """Force that accelerates: effort less all that opposes."""
     way = 0 if speed >= 0.0 else 1
     useful = effort * (1.0 - m.ripple[0] * math.sin(m.ripple[1] * position + m.ripple[2]))
-    load = m.constant + m.stiffness * position
+    load = _external(m, position)
     load += m.cogging[0] * math.sin(m.cogging[1] * position + m.cogging[2])
-    load += m.gravity[0] * math.sin(m.gravity[1] * position + m.gravity[2])
     load += m.sine[0] * math.sin(m.sine[1] * time + m.sine[2])
     return useful - load - m.viscous[way] * speed - friction - coupling
 
@@ -150,7 +156,8 @@ def _run(m, reference, wanted, noise, resolution, coupling, commands, out):
                 effort = m.gain * asked
             count += 1
             time = count * h
-            level = _level(m, time, position, speed, m.inertia * acceleration + m.constant)
+            carried = m.inertia * acceleration + _external(m, position)
+            level = _level(m, time, position, speed, carried)
             if level > 0.0 and speed != 0.0:
                 # Bristles at their own pace: exact over the step for a speed that stays.
                 end = math.copysign(level / stiffness, speed)

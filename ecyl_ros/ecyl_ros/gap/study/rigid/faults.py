@@ -46,6 +46,15 @@ class Size:
         return {f"{stem}_{self.unit}_{per}{'m' if self.linear else 'rad'}": value / self.ratio}
 
 
+def clash(one: str, other: str) -> bool:
+    """Whether no recording tells two faults apart that act at once, or their labels would not hold:
+    both are friction of some level, or part of the other, or waves over the same place."""
+    first, second = (
+        {*AKIN.get(name, (name,)), *(() if name not in _WAVES else _WAVES)} for name in (one, other)
+    )
+    return bool({one, *first} & {other, *second})
+
+
 class Faulty(NamedTuple):
     """The machine with a fault, and the values of its label."""
 
@@ -68,6 +77,8 @@ AKIN: dict[str, tuple[str, ...]] = {
         "constant_load",
     ),
 }
+
+_WAVES = ("cogging_torque", "torque_ripple")
 
 
 def _side(rng: np.random.Generator) -> float:
