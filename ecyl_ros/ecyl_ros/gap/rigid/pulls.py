@@ -16,6 +16,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from ...arrays import FloatArray
+from ..compete.strain import STRAINED
 from .null import Null
 from .solution import Solution
 
@@ -30,7 +31,8 @@ def price(
 
     structure: RMS of what is left and may be along one effect, so that it bends constants.
     finer_forms: effects whose own share of a constant counts like that constant: friction by
-    direction has a level, and so pulls on that of the sheet.
+    direction has a level, and so pulls on that of the sheet. Where that is at fault for certain,
+    it costs no more the further off it is: whatever else acts, the fault does.
     """
     prices: defaultdict[str, float] = defaultdict(float)
     for name, found in (*_own(null, solution, structure), *_finer(null, solution, finer_forms)):
@@ -104,4 +106,5 @@ def _finer(
     parts = [one for one in stood_for for _ in range(one.term.columns.shape[0])]
     widths = np.array([one.width for one in parts]) * null.gained(solution)
     names = [one.term.effect for one in parts]
-    yield from zip(names, ((2.0 * found / widths) ** 2).tolist(), strict=True)
+    prices = np.minimum((2.0 * found / widths) ** 2, STRAINED)
+    yield from zip(names, prices.tolist(), strict=True)
