@@ -29,9 +29,10 @@ def test_a_sliding_mass_stops_where_friction_has_taken_its_energy() -> None:
         assert speed[-1] == 0.0 and position[-1] == position[-50]
 
 
-def test_friction_in_proportion_to_acceleration_is_an_inertia_that_brakes() -> None:
-    """A level of a share of what accelerates: effort F accelerates M by F / (M (1 + share))."""
-    rubbing = Acting("load_dependent_friction", {"coefficient": 0.4})
+@pytest.mark.parametrize("values", [{"coefficient": 0.4}, {"inertia": 0.4 * MASS}])
+def test_friction_in_proportion_to_acceleration_is_an_inertia_that_brakes(values) -> None:
+    """A level of 0.4 of what accelerates: effort F accelerates M by F / (1.4 M)."""
+    rubbing = Acting("load_dependent_friction", values)
     machine = dataclasses.replace(FILE, coulomb=0.0, effects=(rubbing,), effects_unit="N")
     n, h = 2000, 1e-4
     plant = plant_of(model_of(machine, True))

@@ -60,5 +60,7 @@ def apart(term: Term, parts: Sequence[slice], *, by_size: bool = False) -> Term:
         high=term.high * len(parts),
         carried=None if term.carried is None else split(term.carried),
         again=again,
+        bare=None if term.bare is None else apart(term.bare, parts, by_size=by_size),
+        moved=lambda fixed: apart(term.moved(fixed), parts, by_size=by_size),
         common=term,
     )

@@ -10,7 +10,7 @@ from .effect import Effect, Evidence, Quantity, Start, phase
 from .rigid_form import HUGE, RigidForm, Stem
 from .starts import over_rotor_turn
 from .term import Left, Term
-from .waves import ORDER, nearest_order, once_per_turn, over_turn, parts, wave
+from .waves import ORDER, nearest_order, once_per_turn, order_in, over_turn, parts, wave
 
 
 def starts(evidence: Evidence) -> list[Start]:
@@ -56,6 +56,7 @@ def term(along: Along, order: float) -> Term:
         effect="cogging_torque",
         key=f"cogging {order:.9g}",
         alternatives=once_per_turn(order, along.turn.name),
+        moved=lambda fixed: term(along, order_in(along, fixed)),
     )
 
 

@@ -128,6 +128,7 @@ def term(along: Along) -> Term:
         low=(*along.least_coulomb(), *along.least_viscous()),
         refines=(f"{along.side}_coulomb_friction", f"{along.side}_viscous_friction"),
         holds=("constant_load",),  # its levels are friction plus and less a load
+        mean=True,
         # Back EMF bends its values; a difference it does not make.
         bent_by=("back_emf_error",) if along.machine.actuation == "voltage" else (),
     )

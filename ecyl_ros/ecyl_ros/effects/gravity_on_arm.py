@@ -46,7 +46,7 @@ def term(along: Along) -> Term:
         (units.level("amplitude"), units.effort),
         effect="gravity_on_arm",
         key="gravity",
-        refines=("constant_load", "spring_load"),
+        refines=("constant_load", *(("spring_load",) if along.on_small_arc else ())),
         alternatives=("cogging_torque", "encoder_eccentricity") if along.turns else (),
         mean=True,
     )

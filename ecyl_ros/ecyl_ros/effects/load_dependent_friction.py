@@ -9,10 +9,11 @@ import numpy as np
 from ..arrays import FloatArray
 from ..drive.compiled import kernel
 from ..drive.parameters import DriveParameters
+from ..drive.rigid.model import Model
 from .along import Along
-from .carried_load import carried_by
+from .carried_load import Carried, carried_by
 from .effect import Effect, Evidence, Quantity, Start, bristle, put_bristle
-from .rigid_form import RigidForm, Stem, added
+from .rigid_form import HUGE, RigidForm, Stem, Values, added
 from .starts import direction, regress
 from .term import Term
 from .waves import wave
@@ -67,14 +68,23 @@ def term(along: Along, carried: FloatArray) -> Term:
     )
 
 
+def _carried(values: Values, model: Model) -> Carried:
+    """What the level is a share of: the load of the model, or an inertia that a file gives."""
+    inertia = values.get("inertia")
+    return carried_by(model) if inertia is None else Carried(inertia, 0.0, 0.0)
+
+
 RIGID = RigidForm(
-    stems=(Stem("coefficient", "share", 0.0, 10.0, "level over the load carried"),),
+    stems=(
+        Stem("coefficient", "share", 0.0, 10.0, "level over the load carried", either=True),
+        Stem("inertia", "inertia", 0.0, HUGE, "level over the acceleration", either=True),
+    ),
     term=term,
     tried=lambda along, left: [(left.carried,)] if along.both_ways and left.carried.any() else [],
-    shape=lambda along, values, effort: (carried_by(along.model).along(along),),
-    coefficients=lambda values: tuple(values.values()),
-    packed=lambda values, model: (values["coefficient"], *carried_by(model)),
-    merged=added,
+    shape=lambda along, values, effort: (_carried(values, along.model).along(along),),
+    coefficients=lambda values: (values.get("coefficient", 1.0),),
+    packed=lambda values, model: (values.get("coefficient", 1.0), *_carried(values, model)),
+    merged=lambda old, new, along: None if "inertia" in old else added(old, new, along),
 )
 
 

@@ -95,6 +95,7 @@ EFFECT = Effect(
 
 _EDGE = 0.1  # of its width, over which it sets in
 _PLACE = 0.1  # of its width: the places along the travel that it is searched in
+WIDEST = 0.4  # of the travel: what drags on more of it is the friction, and elsewhere there is less
 
 
 def term(along: Along, middle: float, width: float) -> Term:
@@ -114,8 +115,15 @@ def term(along: Along, middle: float, width: float) -> Term:
         values=lambda c: {"coulomb": float(c[0]), "position": middle, "width": width},
         low=(0.0,),
         fixed=fixed,
-        steps=dict.fromkeys(fixed, _PLACE * width),
+        reach=dict.fromkeys(fixed, _PLACE * width),
+        moved=lambda fixed: _of_travel(along, *fixed.values()),
     )
+
+
+def _of_travel(along: Along, middle: float, width: float) -> Term:
+    """The same on no more than a part of the travel."""
+    travel = float(np.ptp(along.motion.position[along.motion.usable]))
+    return term(along, middle, min(width, WIDEST * travel))
 
 
 def _void(fitted: Fitted) -> str:

@@ -56,20 +56,24 @@ EFFECT = Effect(
 
 def term(along: Along, frequency_hz: float) -> Term:
     """A sine of time on a rigid drive; of several recordings each begins in a phase of its own."""
-    units, motion = along.units, along.motion
-    time_s = motion.own_s
-    one = sine(
-        math.tau * frequency_hz * time_s,
+    return apart(_in_phase(along, frequency_hz), along.motion.parts, by_size=True)
+
+
+def _in_phase(along: Along, frequency_hz: float) -> Term:
+    """The same in one phase in all."""
+    units = along.units
+    return sine(
+        math.tau * frequency_hz * along.motion.own_s,
         "amplitude",
         (units.level("amplitude"), units.effort),
         found=(("frequency_hz", "Hz", frequency_hz),),
         stems={"frequency": frequency_hz},
         effect="periodic_disturbance",
         key=f"disturbance {frequency_hz:.9g}",
+        moved=lambda fixed: _in_phase(along, fixed["frequency_hz"]),
         rate=frequency_hz,
         over_time=True,
     )
-    return apart(one, motion.parts, by_size=True)
 
 
 RIGID = RigidForm(

@@ -46,6 +46,15 @@ def term(along: Along, slope: bool = False) -> Term:
     name, unit = units.per_position("stiffness"), f"{units.effort}/{units.end}"
     middle = float(np.median(position[along.motion.usable]))
     columns = np.stack([position - middle, along.one])
+    bare = Term(
+        effect="spring_load",
+        key="spring slack at 0",
+        columns=position[None],
+        carried=position[None],
+        parameters=lambda c: ((name, unit, float(c[0])),),
+        values=lambda c: {"stiffness": float(c[0]), "rest": 0.0},
+        low=(-along.model.stiffness,),
+    )
     return Term(
         effect="spring_load",
         key="slope" if slope else "spring",
@@ -58,6 +67,7 @@ def term(along: Along, slope: bool = False) -> Term:
         },
         low=(-math.inf if slope else -along.model.stiffness, -math.inf),
         refines=("constant_load",),
+        bare=bare,
         alternatives=("gravity_on_arm",) if along.on_small_arc else (),
         mean=True,
     )

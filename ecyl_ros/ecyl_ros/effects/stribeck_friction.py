@@ -93,7 +93,8 @@ def term(along: Along, stribeck: float) -> Term:
         low=(max(along.least_coulomb()), 0.0),
         refines=(f"{along.side}_coulomb_friction",),
         fixed={name: stribeck},
-        steps={name: _STEP * stribeck},
+        reach={name: _STEP * stribeck},
+        moved=lambda fixed: term(along, fixed[name]),
     )
 
 

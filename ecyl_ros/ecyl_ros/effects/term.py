@@ -54,13 +54,13 @@ class Term:
         refines: effects that it contains. holds: others that it can take the place of.
         alternatives: effects that give the same columns in a rigid drive. bent_by: effects that
             bend its values but cannot make it.
-        mean: whether it has a free mean.
+        mean: whether it has a free mean. bare: the same without one, beside a term that `holds` a
+            constant load.
         least: first coefficient that says anything; up to it, it is of how recordings come about.
-        fixed: parameters that were searched, not fitted. steps: standard deviations of those of
-            them that were searched in steps.
+        fixed: parameters that were searched, not fitted. reach: by how much those of them that may
+            have any value have to differ to be told apart. moved: the term with others in `fixed`.
         rate: of a sine, per rad of the turn (per m, in Hz over time). phase: float64[n] of it.
-            over_time: whether it is one of time. whole: whether its rate can only be a whole
-            number.
+            over_time: whether it is one of time.
         of_effort: whether its coefficients are efforts, by the file's gain: in N or N m they are
             others by another gain.
         inertia: share of the acceleration in its first column.
@@ -87,13 +87,14 @@ class Term:
     alternatives: tuple[str, ...] = ()
     bent_by: tuple[str, ...] = ()
     mean: bool = False
+    bare: Term | None = None
     least: float = -math.inf
     fixed: Mapping[str, float] = field(default_factory=dict)
-    steps: Mapping[str, float] = field(default_factory=dict)
+    reach: Mapping[str, float] = field(default_factory=dict)
+    moved: Callable[[Mapping[str, float]], Term] = lambda fixed: _unmoved()
     rate: float = 0.0
     phase: FloatArray = field(default_factory=lambda: np.zeros(0))
     over_time: bool = False
-    whole: bool = False
     of_effort: bool = True
     inertia: float = 0.0
     unsure: float = 0.0
@@ -112,6 +113,10 @@ class Term:
     def contained(self) -> tuple[str, ...]:
         """Effects that it can take the place of."""
         return (*self.refines, *self.holds)
+
+
+def _unmoved() -> Term:
+    raise TypeError("no parameter of this term was searched")
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,7 +11,7 @@ from .effect import Effect, Evidence, Quantity, Start, phase
 from .rigid_form import RigidForm, Stem
 from .starts import over_rotor_turn
 from .term import Term
-from .waves import ORDER, nearest_order, once_per_turn, over_turn, parts, wave
+from .waves import ORDER, nearest_order, once_per_turn, order_in, over_turn, parts, wave
 
 
 def starts(evidence: Evidence) -> list[Start]:
@@ -58,6 +58,7 @@ def term(along: Along, order: float, effort: FloatArray) -> Term:
         effect="torque_ripple",
         key=f"ripple {order:.9g}",
         alternatives=once_per_turn(order, along.turn.name),
+        moved=lambda fixed: term(along, order_in(along, fixed), effort),
         follows=True,
         of_effort=False,
         again=lambda left, values: term(along, order, left.explained),

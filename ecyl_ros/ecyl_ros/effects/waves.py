@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -51,13 +52,17 @@ def sine(
     first: tuple[str, str],
     found: Parameters = (),
     stems: Values | None = None,
+    whole: bool = False,
     **more: Any,
 ) -> Term:
     """A sine along the motion, float64[n], of any amplitude and phase.
 
     stem: what its amplitude is inside, with name and unit of its parameter in `first`. found: its
-    other parameters, which were searched; the same by stem in `stems`.
+    rate, which was searched; the same by stem in `stems`. whole: whether that can only be a whole
+    number.
     """
+    fixed = {name: value for name, _, value in found}
+    apart = math.tau / float(np.ptp(phase_rad)) if found and not whole else 0.0  # one period more
     return Term(
         columns=quadratures(phase_rad),
         parameters=lambda c: ((*first, size(c)), *found),
@@ -67,7 +72,8 @@ def sine(
             **(stems or {}),
         },
         low=(-math.inf, -math.inf),
-        fixed={name: value for name, _, value in found},
+        fixed=fixed,
+        reach={name: apart * value for name, value in fixed.items() if apart},
         phase=phase_rad,
         **more,
     )
@@ -96,6 +102,11 @@ def over_turn(along: Along, order: float, stem: str, first: tuple[str, str], **m
         whole=name == "periods_per_rev" and order == round(order) and along.turns,
         **more,
     )
+
+
+def order_in(along: Along, fixed: Mapping[str, float]) -> float:
+    """The order that a term over the turn was searched to."""
+    return math.tau / fixed["period_m"] if "period_m" in fixed else fixed[along.turn.name]
 
 
 def once_per_turn(order: float, name: str) -> tuple[str, ...]:

@@ -16,17 +16,14 @@ from ...effects.catalogue import EFFECTS, RIGID
 from ...effects.term import Term
 from .contest import Contest, won_by
 from .null import Null
-from .searched import by_rate, is_searched, resolution
-from .sets import LEAST_GAIN, Sets
+from .sets import LEAST_GAIN, TIE, Sets
 from .solution import Solution
-from .terms import free_means
+from .terms import free_means, one_mean
 
 _SIMPLER = 0.85  # share of the best gain with which a simpler effect goes first
-_TIE = 1e-4  # of a cost: so near, two are one
 _AGAIN = 3  # times that columns follow the effort
 _MOST = 8  # terms in a set
 _SINGLES = 8  # shown alone
-_STEPS = 2  # of Gauss and Newton
 
 
 def compete(
@@ -56,7 +53,7 @@ def compete(
         if not ranked:
             break
         taken = sets.extended(chosen, _first(ranked, null.strained(current)))
-        chosen = _afresh(sets, _look_back(sets, _swapped(sets, taken)))
+        chosen = _tuned(sets, _afresh(sets, _look_back(sets, _swapped(sets, taken))))
         current = sets.fit(chosen)
     chosen = _look_back(sets, _likelier(sets, _look_back(sets, chosen)))
     chosen = _tuned(sets, _afresh(sets, _simpler(sets, _in_one(sets, chosen))))
@@ -147,21 +144,10 @@ def _afresh(sets: Sets, chosen: Sequence[Term]) -> list[Term]:
 
 
 def _tuned(sets: Sets, chosen: Sequence[Term]) -> list[Term]:
-    """Rates that were searched, fitted beside all that acts."""
-    kept, catalogue = list(chosen), sets.catalogue
-    along = catalogue.along
-    for at, one in enumerate(kept):
-        if not is_searched(one):
-            continue
-        form, rate, least = RIGID[one.effect], one.rate, resolution(one)
-        for _ in range(_STEPS):
-            fit = sets.fit(kept)
-            slope = by_rate(kept[at], fit.of(kept[at]))
-            more = float(sets.fit([*kept, slope]).of(slope)[0])
-            rate = min(max(rate + more, one.rate - least), one.rate + least)
-            values = {"wave": rate * along.turn.rate, "frequency": rate}
-            explained = fit.explained(sets.balance.nominal)
-            kept[at] = catalogue.own(form.term(along, *form.shape(along, values, explained)))
+    """Parameters that were searched, fitted beside all that acts."""
+    kept = list(chosen)
+    for at in range(len(kept)):
+        kept[at] = sets.tuned(kept, at)
     return kept
 
 
@@ -203,7 +189,7 @@ def _likelier(sets: Sets, chosen: Sequence[Term]) -> list[Term]:
         for one in sets.candidates(sets.fit(rest), rest, stated):
             if one.size == old.size and one.key != old.key:
                 cost = sets.glimpsed(standing, sets.fit([*rest, one]))
-                if cost < (1.0 - _TIE) * likeliest:
+                if cost < (1.0 - TIE) * likeliest:
                     kept, likeliest = [*rest, one], cost
     return kept
 
@@ -235,7 +221,7 @@ def _in_one(sets: Sets, chosen: Sequence[Term]) -> list[Term]:
             parts = {one.effect for one in simple}
             if parts <= kinds:
                 rest = [one for one in chosen if one.effect not in {*parts, *split.refines}]
-                whole = [*rest, split]
+                whole = one_mean([*rest, split])
                 standing = sets.standing(sets.fit(whole), whole)
                 if sets.missed(standing, whole, chosen, split).likely:
                     return whole

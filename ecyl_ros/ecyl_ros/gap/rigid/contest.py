@@ -9,6 +9,7 @@ from ...effects.catalogue import RIGID
 from ...effects.term import Term
 from .sets import Sets
 from .solution import Solution
+from .terms import beside
 
 _RIVALS = 12
 
@@ -108,4 +109,5 @@ def _swaps(
 
 def _with(others: Sequence[Term], one: Term) -> list[Term]:
     """Terms with one more, in the place of those that it is a finer form of."""
-    return [*(other for other in others if other.effect not in one.refines), one]
+    kept = [other for other in others if other.effect not in one.refines]
+    return [*beside([one], kept), one]

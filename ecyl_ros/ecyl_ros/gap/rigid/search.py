@@ -14,6 +14,7 @@ from scipy.signal import find_peaks
 from ...arrays import BoolArray, FloatArray
 from ...effects.along import Along
 from ...effects.carried_load import carried_by
+from ...effects.local_jam import WIDEST
 from ...effects.term import Left, Term
 from .balance import Balance
 from .floor import Pairs, coherence, less_line, pairs
@@ -33,7 +34,7 @@ _LEAST_PERIODS = 4.0  # within the travel or the time
 _OWN_LINE = 0.03  # share of the motion's power that makes a frequency its own
 _OF_MOTION = 0.5  # coherence with the state of motion: beyond, it has most of the line
 _PLACES = 60  # along the travel that a window can begin and end at
-_NARROW, _WIDE = 2, 24  # widths of a window, in places
+_NARROW, _WIDE = 2, round(WIDEST * _PLACES)  # widths of a window, in places
 
 
 def left_by(

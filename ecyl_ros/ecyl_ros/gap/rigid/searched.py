@@ -1,8 +1,8 @@
-"""The rate of a wave that was searched, as one more coefficient of the fit that holds the wave.
+"""Parameters that were searched, as further coefficients of the fit that holds their term.
 
-To first order another rate adds its derivative, a wave that grows along the turn or over time. The
-fit tells how much of it there is, and what noise and other effects make of that, as it does for any
-coefficient.
+To first order another rate of a wave, another Stribeck speed, another place adds the derivative of
+what the term explains. A fit tells how much of that there is, and what noise and other effects make
+of it, as it does for any coefficient.
 """
 
 from __future__ import annotations
@@ -16,48 +16,48 @@ from ...arrays import FloatArray
 from ...effects.term import Term
 from .solution import Solution
 
-
-def is_searched(term: Term) -> bool:
-    """Whether it is a wave whose rate may have any value."""
-    return term.rate > 0.0 and not term.whole
+_STEP = 1e-3  # of the reach, for a derivative
 
 
-def resolution(term: Term) -> float:
-    """Rates that are so far apart differ by a period over all of the turn or time."""
-    return math.tau * term.rate / float(np.ptp(term.phase))
+def slopes(term: Term, coefficients: FloatArray) -> dict[str, Term]:
+    """What a term of these coefficients, float64[k], changes by each parameter that was searched,
+    by its name."""
+    found = {}
+    for name, reach in term.reach.items():
+        step = _STEP * reach
+        columns = [
+            term.moved({**term.fixed, name: term.fixed[name] + way * step}).columns
+            for way in (1.0, -1.0)
+        ]
+        found[name] = Term(
+            effect=term.effect,
+            key=f"{term.key} by {name}",
+            columns=(coefficients @ (columns[0] - columns[1]) / (2.0 * step))[None],
+            parameters=lambda c: (),
+            values=lambda c: {},
+            low=(-math.inf,),
+            rate=term.rate,
+            follows=True,
+            of_effort=False,
+        )
+    return found
 
 
-def by_rate(term: Term, coefficients: FloatArray) -> Term:
-    """What a wave of these coefficients, float64[k], changes by its rate; sine and cosine parts
-    take turns in its columns."""
-    along = (term.phase - np.mean(term.phase)) / term.rate
-    sines, cosines = term.columns[::2], term.columns[1::2]
-    column = along * (coefficients[::2] @ cosines - coefficients[1::2] @ sines)
-    return Term(
-        effect=term.effect,
-        key=f"{term.key} by rate",
-        columns=column[None],
-        parameters=lambda c: (),
-        values=lambda c: {},
-        low=(-math.inf,),
-        rate=term.rate,
-        follows=True,
-        of_effort=False,
-    )
-
-
-def with_rates(solution: Solution) -> tuple[Solution, dict[str, int]]:
-    """A solution with the rate of every wave that was searched among its coefficients, as found;
-    and where, by the key of the wave."""
-    waves = [one for one in solution.terms if is_searched(one)]
-    if not waves:
-        return solution, {}
-    more = [by_rate(one, solution.of(one)) for one in waves]
-    none, first = np.zeros(len(more)), solution.coefficients.size
+def with_searched(solution: Solution) -> tuple[Solution, dict[tuple[str, str], int]]:
+    """A solution with every parameter that was searched among its coefficients, as found; and
+    where, by the key of the term and its name."""
+    more, places = list[Term](), {}
+    for one in solution.terms:
+        for name, slope in slopes(one, solution.of(one)).items():
+            places[one.key, name] = solution.coefficients.size + len(more)
+            more.append(slope)
+    if not more:
+        return solution, places
+    none = np.zeros(len(more))
     made = replace(
         solution,
         terms=(*solution.terms, *more),
         coefficients=np.concatenate([solution.coefficients, none]),
         prior=np.concatenate([solution.prior, none]),
     )
-    return made, {one.key: first + at for at, one in enumerate(waves)}
+    return made, places

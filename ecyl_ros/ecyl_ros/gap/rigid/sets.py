@@ -18,8 +18,9 @@ from .expected import log_odds
 from .floor import Pairs, pairs
 from .null import Null
 from .search import left_by
+from .searched import slopes
 from .solution import Solution
-from .terms import free_means
+from .terms import beside, free_means, one_mean
 
 LEAST_GAIN = 0.12  # of the squared residual above the floor
 SURE = 2.5  # standard errors over the stretches, fitted ones
@@ -28,6 +29,7 @@ _AT_FLOOR = 0.5  # share of the squared residual that may be explained even at t
 _WORST = 6.0  # times the median stretch: what one stretch counts at the most
 _HURT = 4.0  # times that, where an effect is left out: it may hurt in few places
 _WIDTHS = 2.0  # of a line, that another one is away
+TIE = 1e-4  # of a cost: so near, two are one
 _SAME = 5  # terms of one effect of several orders or frequencies
 
 
@@ -133,13 +135,33 @@ class Sets:
     def candidates(
         self, current: Solution, chosen: Sequence[Term], among: Collection[str] | None = None
     ) -> list[Term]:
-        """Terms that a set may be extended by; among: effects, None for all."""
+        """Terms that a set may be extended by; among: effects, None for all.
+
+        Of an effect that is tried in some places and acts but once, the best of them, tuned.
+        """
+        found, best = list[Term](), dict[str, tuple[float, Term]]()
+        for one in self._candidates(current, chosen, among):
+            if not one.reach or RIGID[one.effect].several:
+                found.append(one)
+                continue
+            cost = self.cost(self.fit(self.extended(chosen, one)), current.scale)
+            if one.effect not in best or cost < best[one.effect][0]:
+                best[one.effect] = cost, one
+        for _, one in best.values():
+            more = self.extended(chosen, one)
+            found.append(self.tuned(more, len(more) - 1))
+        return found
+
+    def _candidates(
+        self, current: Solution, chosen: Sequence[Term], among: Collection[str] | None
+    ) -> list[Term]:
         kinds = [one.effect for one in chosen]
         taken = {one.key for one in chosen}
         finer = {name for one in chosen for name in one.refines}
+        every = self.catalogue.candidates(self.left(current, chosen), among)
         return [
             one
-            for one in self.catalogue.candidates(self.left(current, chosen), among)
+            for one in beside(chosen, every)
             if one.effect not in self.barred
             and not self.barred.intersection(one.contained)  # which would bring it back in
             and kinds.count(one.effect) < (_SAME if RIGID[one.effect].several else 1)
@@ -160,7 +182,7 @@ class Sets:
     def extended(self, chosen: Sequence[Term], added: Term) -> list[Term]:
         """A set with one more term, which may take the place of others."""
         kept = [one for one in chosen if one.effect not in added.refines]
-        return [*(self.levelled(kept) if RIGID[added.effect].several else kept), added]
+        return one_mean([*(self.levelled(kept) if RIGID[added.effect].several else kept), added])
 
     def levelled(self, chosen: Sequence[Term]) -> list[Term]:
         """With a free mean: a sine over part of its period has one, which must not decide."""
@@ -210,6 +232,32 @@ class Sets:
         cap = _cap(held)
         unseen = np.minimum(then, cap) - np.minimum(held, cap)
         return self._gain(np.concatenate([off, unseen]), full.surplus, saved, by)
+
+    def tuned(self, chosen: Sequence[Term], at: int) -> Term:
+        """The term at a place of a set, with the parameters that were searched fitted beside all of
+        it: by Gauss and Newton, as long as that comes closer."""
+        best, kept = chosen[at], list(chosen)
+        if not best.reach:
+            return best
+        fit = self.fit(kept)
+        scale, cost = fit.scale, math.inf
+        while (now := self.cost(fit, scale)) < (1.0 - TIE) * cost:
+            best, cost = kept[at], now
+            by_name = slopes(best, fit.of(best))
+            full = self.fit([*kept, *by_name.values()])
+            found = dict(best.fixed)
+            for name, slope in by_name.items():
+                reach = best.reach[name]
+                found[name] += min(max(float(full.of(slope)[0]), -reach), reach)
+            kept[at] = best.moved(found)
+            fit = self.fit(kept)
+        return best
+
+    def cost(self, fit: Solution, scale: float) -> float:
+        """Mean cost of a fit on the stretches that it was fitted to; nothing tells one from another
+        where there is none."""
+        costs = self.balance.costs(fit, scale, self.balance.fitted)
+        return float(np.mean(costs)) * fit.dearer if costs.size else math.inf
 
     def glimpsed(self, before: Standing, then: Solution) -> float:
         """Mean cost of a plain fit on the stretches that it was fitted to."""

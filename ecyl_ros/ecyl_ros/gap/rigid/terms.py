@@ -132,6 +132,18 @@ class Catalogue:
         return found
 
 
+def beside(chosen: Sequence[Term], others: Sequence[Term]) -> list[Term]:
+    """Terms as they act beside a set: without a mean of their own if one of it holds a constant
+    load, for both would be one."""
+    holds = any("constant_load" in one.holds for one in chosen)
+    return [one.bare if holds and one.bare is not None else one for one in others]
+
+
+def one_mean(terms: Sequence[Term]) -> list[Term]:
+    """The same of a set beside itself."""
+    return beside(terms, terms)
+
+
 def free_means(terms: Sequence[Term]) -> bool:
     """Whether one of the terms has a free mean."""
     return any(one.mean for one in terms)

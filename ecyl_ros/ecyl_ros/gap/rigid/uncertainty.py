@@ -12,9 +12,10 @@ from ...arrays import BoolArray, FloatArray
 from ...drive.rigid.model import Model
 from ...effects.along import UNMODELLED
 from ...effects.term import Interval, Parameters, Term
+from ..sheet import PULL_PRICE
 from .balance import Balance
 from .normal import MOST_BLUR, freed
-from .searched import with_rates
+from .searched import with_searched
 from .solution import Solution
 
 _ALONG_A_WAVE = 0.5  # of `UNMODELLED`; models err smoothly, and in other directions by all of it
@@ -52,7 +53,19 @@ def _inverse(
     balance: Balance, solution: Solution, columns: FloatArray, weights: FloatArray
 ) -> FloatArray:
     """Of the normal equations, float64[k, k]; columns, weights: float64[m, ...] of its rows."""
-    ridge = np.diag(solution.prior**2 * solution.share)
+    return _inverted(
+        balance, solution, columns, weights, np.diag(solution.prior**2 * solution.share)
+    )
+
+
+def _inverted(
+    balance: Balance,
+    solution: Solution,
+    columns: FloatArray,
+    weights: FloatArray,
+    ridge: FloatArray,
+) -> FloatArray:
+    """The same, of squares that cost `ridge`, float64[k, k]."""
     gram = (columns * weights[:, None]).T @ columns + ridge
     blurred = balance.blurred(solution.terms)
     size = np.sqrt(np.diag(gram))
@@ -90,25 +103,36 @@ def unmodelled(balance: Balance, *, wave: bool) -> float:
     return share * float(np.std(balance.effort[balance.usable]))
 
 
-def _modelled(balance: Balance, solution: Solution, rows: BoolArray, left: float) -> FloatArray:
-    """Squares and products of how far coefficients may be off by what no model explains, and by
-    what is `left`, float64[k, k]."""
-    size = [
-        math.hypot(unmodelled(balance, wave=one.rate != 0.0), left)
-        for one in solution.terms
-        for _ in range(one.columns.shape[0])
-    ]
-    made: FloatArray = np.outer(size, size) * _swayed(balance, solution, rows)
-    return made
+def _modelled(
+    balance: Balance, solution: Solution, rows: BoolArray, left: float, quantile: float
+) -> FloatArray:
+    """Squares and products of how much further coefficients may be off, beyond `quantile` standard
+    deviations of noise, by what no model explains and by what is `left`, float64[k, k].
 
-
-def _swayed(balance: Balance, solution: Solution, rows: BoolArray) -> FloatArray:
-    """The same, float64[k, k], for an effort of RMS 1 along each coefficient."""
+    An effort of that RMS may lie along any of them, as far as their tolerances allow: like one
+    observation of it, whatever the number of samples. A tolerance bounds what noise and that effort
+    do together.
+    """
+    size = np.array(
+        [
+            math.hypot(unmodelled(balance, wave=one.rate != 0.0), left)
+            for one in solution.terms
+            for _ in range(one.columns.shape[0])
+        ]
+    )
     columns, weights = balance.columns(solution.terms)[rows], solution.weights[rows]
-    inverse = _inverse(balance, solution, columns, weights)
-    told = inverse @ ((columns * weights[:, None]).T @ columns) @ inverse
-    made: FloatArray = told * weights.sum()
-    return made
+
+    def off(power: FloatArray) -> FloatArray:
+        """By an effort that makes the normal equations so unsure, float64[k]."""
+        known = np.diag(power * solution.prior**2 / PULL_PRICE)
+        root = np.sqrt(power)
+        made: FloatArray = np.outer(root, root) * _inverted(
+            balance, solution, columns, weights, known
+        )
+        return made
+
+    noise = np.full(size.size, quantile**2 * solution.share)
+    return off(noise + float(weights.sum()) * size**2) - off(noise)
 
 
 def half_width(
@@ -118,7 +142,7 @@ def half_width(
     float64[k]. left: as in `intervals`."""
     spread, count = covariance(balance, solution, rows)
     quantile = _quantile(count, solution)
-    parts = quantile**2 * spread + _modelled(balance, solution, rows, left)
+    parts = quantile**2 * spread + _modelled(balance, solution, rows, left, quantile)
     return math.sqrt(max(float(combined @ parts @ combined), 0.0))
 
 
@@ -131,14 +155,14 @@ def intervals(
     values of those that were found.
     """
     told = solution.terms
-    solution, rates = with_rates(solution)
+    solution, searched = with_searched(solution)
     every, count = covariance(balance, solution, rows)
     bent = unsure(balance, solution, rows)
-    modelled = _roots(_modelled(balance, solution, rows, left))
+    quantile = _quantile(count, solution)
+    modelled = _roots(_modelled(balance, solution, rows, left, quantile))
     own = balance.model.counted == 1.0
     deviations = _roots(every)
     gain = next((at for at, one in enumerate(_keys(solution.terms)) if one == "gain"), None)
-    quantile = _quantile(count, solution)
     found: dict[str, list[Interval]] = {}
     at = 0
     for term in told:
@@ -164,11 +188,10 @@ def intervals(
             form = float(np.linalg.norm(slopes[number] * modelled[rows_of]))
             half = math.hypot(quantile * spread, form, _FORM * abs(value))
             if name in term.fixed:
-                half = quantile * term.steps.get(name, 0.0)
-                if term.key in rates:  # an order, a frequency, or a period, which is one over it
-                    at_rate = rates[term.key]
-                    half = math.hypot(quantile * deviations[at_rate], modelled[at_rate])
-                    half *= abs(value) / term.rate
+                own_at = searched.get((term.key, name))
+                half = 0.0  # of a whole number
+                if own_at is not None:
+                    half = math.hypot(quantile * deviations[own_at], modelled[own_at])
             if number == 0:
                 half = math.hypot(half, term.unsure)
             low, high = value - half + min(off, 0.0), value + half + max(off, 0.0)

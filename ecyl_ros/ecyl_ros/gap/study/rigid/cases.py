@@ -23,9 +23,8 @@ from .judgeable import SHOWS, pulled, standing
 from .logger import record
 from .structure import with_structure
 
-# Drawn only when asked for: two at once, and beside structure.
-SHARES = {"single": 0.6, "none": 0.25, "withheld": 0.15, "pair": 0.6, STRUCTURE: 0.6}
-KINDS, USUAL = tuple(SHARES), ("single", "none", "withheld")
+SHARES = {"single": 0.5, "none": 0.2, "withheld": 0.1, "pair": 0.2, STRUCTURE: 0.6}
+KINDS, USUAL = tuple(SHARES), ("single", "none", "withheld", "pair")
 SHEET_SD, SHEET_SHARE = 0.05, 0.6  # of the drives are off their sheet by so much, unless told
 RECORDINGS, SECONDS = "recordings", "seconds_each"  # facts of a case of several recordings
 # Over all other noise, from which what another axis pulls raises it by what counts as a gap.
