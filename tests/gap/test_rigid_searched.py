@@ -61,3 +61,17 @@ def test_a_place_is_tuned_to_where_the_drag_is() -> None:
     for name, value in (("position_m", middle), ("width_m", width)):
         assert found[name].value == pytest.approx(value, abs=0.1 * width)
         assert found[name].low <= value <= found[name].high
+
+
+def test_what_no_model_explains_bends_a_constant_as_far_as_its_tolerance() -> None:
+    """Friction beside a gain that is known to 4 % and an inertia that is not known: nothing but the
+    tolerance tells how both share an effort, and the interval is no wider than that."""
+    file = dataclasses.replace(
+        LINEAR, actuation="current", gain=10.0, inertia=None, coulomb=2.0, tolerances={"all": 0.04}
+    )
+    current = (20.0 * M.a + 6.0 * np.sign(M.v)) / 10.0
+    found = causes(diagnose(recorded(M, current, file, 1e-4, 1e-8), file))
+    (level,) = found["load_coulomb_friction"].parameters
+    half = 0.5 * (level.high - level.low)
+    assert level.low <= 4.0 <= level.high
+    assert 0.04 * 4.0 < half < 2.0 * 0.04 * 6.0

@@ -16,7 +16,7 @@ from ecyl_ros.gap.study.rigid.cases import plan_cases, play, true_constants
 from ecyl_ros.gap.study.rigid.demand import demand
 from ecyl_ros.gap.study.rigid.drawn import draw_drive
 from ecyl_ros.gap.study.rigid.equations import STEP_S, Truth, run
-from ecyl_ros.gap.study.rigid.faults import FAULTS, clash, faults
+from ecyl_ros.gap.study.rigid.faults import FAULTS, clear, faults
 from ecyl_ros.gap.study.rigid.judgeable import SHOWS, standing
 from ecyl_ros.gap.study.rigid.logger import Logger, record
 from ecyl_ros.gap.study.rigid.structure import FORMS, LARGEST, SMALLEST, with_structure
@@ -327,7 +327,7 @@ def test_cogging_needs_enough_of_a_turn() -> None:
 def test_draws_hold_every_kind_and_repeat() -> None:
     """One seed, one hash; both outputs, every fault in turn; labels survive sealing."""
     planned = plan_cases(120, 5)
-    assert {case.kind for case in planned} == {"single", "none", "withheld"}
+    assert {case.kind for case in planned} == {"single", "pair", "none", "withheld"}
     assert {name for case in planned for name in case.effects} == set(FAULTS)
     drives = RigidDrives()
     cases = draw_cases(drives, 6, 5)
@@ -376,6 +376,8 @@ def test_limiting_a_study_keeps_its_word() -> None:
     choice = Choice(kinds=("single",), effects=("spring_load", "gravity_on_arm"))
     cases = RigidDrives().plan(20, 2, choice)
     assert {name for case in cases for name in case.effects} == set(choice.effects or ())
+    alone = RigidDrives().plan(20, 2, Choice(effects=("spring_load",)))
+    assert {case.kind for case in alone} == {"single", "none", "withheld"}
     barred = plan_cases(60, 3, without=("local_jam",))
     assert all("local_jam" in case.withheld for case in barred)
     held = {case.kind for case in barred if "local_jam" in case.effects}
@@ -417,13 +419,13 @@ def test_several_recordings_are_of_one_machine_moved_anew() -> None:
 
 def test_a_pair_acts_as_both_do_and_never_of_what_looks_alike() -> None:
     """The effort of a machine with two faults is a healthy one's with what either adds by itself;
-    none clash."""
+    all can be told apart."""
     drives = RigidDrives(0.0)
     cases = [drives.complete(one) for one in drives.plan(12, 4, Choice(kinds=("pair",)))]
     for case in cases:
         (played,) = play(case)
         first, second = case.effects
-        assert not clash(first, second) and set(played.alone) == set(case.effects)
+        assert clear(first, second) and set(played.alone) == set(case.effects)
         rows = played.rows
         time = np.arange(len(rows)) * 1e-3
         motion = time, rows[:, 3], rows[:, 1], rows[:, 4]

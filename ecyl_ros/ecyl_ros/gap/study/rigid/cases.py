@@ -6,6 +6,7 @@ import math
 import zlib
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
+from itertools import combinations, starmap
 from typing import NamedTuple
 
 import numpy as np
@@ -18,7 +19,7 @@ from ...judge.verdict import NO_GAP_RATIO
 from ..case import STRUCTURE, Case
 from .drawn import Drawn, draw_drive, moved_anew
 from .equations import Truth, run
-from .faults import STRANGE, Faulty, clash, faults
+from .faults import STRANGE, Faulty, clear, faults
 from .judgeable import SHOWS, pulled, standing
 from .logger import record
 from .structure import with_structure
@@ -67,6 +68,12 @@ def plan_cases(
     """
     rng = np.random.default_rng([seed, count])
     usable = [kind for kind in KINDS if kind in kinds]
+    if (
+        effects is not None
+        and len(usable) > 1
+        and not any(starmap(clear, combinations(effects, 2)))
+    ):
+        usable = [kind for kind in usable if kind != "pair"]
     shares = np.array([SHARES[kind] for kind in usable])
     queues: dict[tuple[bool, bool], Iterator[str]] = {}
     for linear in (True, False):
@@ -118,7 +125,7 @@ def _of_kind(
     if first is None or kind != "pair":
         return () if first is None else (first,)
     others = (next(queue) for _ in range(_TRIED))
-    second = next((one for one in others if not clash(first, one)), None)
+    second = next((one for one in others if clear(first, one)), None)
     return () if second is None else (first, second)
 
 

@@ -46,13 +46,13 @@ class Size:
         return {f"{stem}_{self.unit}_{per}{'m' if self.linear else 'rad'}": value / self.ratio}
 
 
-def clash(one: str, other: str) -> bool:
-    """Whether no recording tells two faults apart that act at once, or their labels would not hold:
-    both are friction of some level, or part of the other, or waves over the same place."""
+def clear(one: str, other: str) -> bool:
+    """Whether two faults that act at once can be told apart, and their labels hold: they are not
+    both friction of some level, or part of the other, or waves over the same place."""
     first, second = (
-        {*AKIN.get(name, (name,)), *(() if name not in _WAVES else _WAVES)} for name in (one, other)
+        {name, *AKIN.get(name, ()), *(_WAVES if name in _WAVES else ())} for name in (one, other)
     )
-    return bool({one, *first} & {other, *second})
+    return not first & second
 
 
 class Faulty(NamedTuple):
