@@ -77,3 +77,17 @@ def test_a_spring_beside_friction_by_direction_is_slack_at_zero() -> None:
     }
     for name, value in true.items():
         assert told[name].low <= value <= told[name].high, name
+
+
+def test_what_is_small_is_named_where_it_alone_takes_the_rest_to_the_floor() -> None:
+    """Cogging that holds 2 % of a gap of friction, and all that is left of it above noise: named.
+    Beside as much of a form that the catalogue does not have nothing so small is named."""
+    cogging = 1.1 * np.sin(2.0 * np.pi * M.q / 0.0123)
+    other = np.sin(40.0 * M.q / np.std(M.q)) * np.cos(3.0 * M.v / TOP) * np.abs(M.v) / TOP
+    bare = INERTIA * M.a + FILE.viscous * M.v + 40.0 * WAY
+    found = causes(diagnose(recorded(M, bare + cogging, FILE, 0.2, 1e-6), FILE))
+    assert set(found) == {"load_coulomb_friction", "cogging_torque"}
+    assert found["cogging_torque"].shrink < 0.03
+    beside = bare + cogging + 4.0 * other
+    found = causes(diagnose(recorded(M, beside, FILE, 0.2, 1e-6), FILE))
+    assert "cogging_torque" not in found and "load_coulomb_friction" in found

@@ -40,6 +40,7 @@ from .void import SILENT, why_not
 _CLOSE, _HELPS_CLOSE = 5.0, 0.25  # where no more than so many floors are left, less has to be gone
 _WANDERS = 0.05  # share of the effort that may not repeat where there is to be no gap
 SMALL = 0.03  # share of the gap that an effect has to remove to be named
+_REMAINS = 0.05  # of the power that others leave above the floor: an error of form has another one
 _SWINGS = (
     "another axis that swings at the frequency of the periodic disturbance would look the same: a "
     "recording while the others rest would tell"
@@ -85,6 +86,7 @@ class Judgement:
         self._alike: dict[str, tuple[str, ...]] = {}
         self._shares: dict[str, float] = {}
         self.competed = contest.order
+        self._closest = contest  # before what is not sure enough went
 
     def void(self, term: Term) -> str:
         """Why a term of the closest set is no cause; empty where it may be one."""
@@ -329,7 +331,18 @@ class Judgement:
     def _unsure(self, term: Term) -> bool:
         """Not to be named: void, unsure of itself or among its like, or small."""
         sure = self._sure[term.key][1]
-        return bool(self._void[term.key]) or sure < NAMED or self._shares[term.effect] < SMALL
+        return bool(self._void[term.key]) or sure < NAMED or self._small(term)
+
+    def _small(self, term: Term) -> bool:
+        """Whether it removes no more of the gap than the others may err by in form; unless it alone
+        takes what they leave down to the floor, as no error of theirs would let it."""
+        if self._shares[term.effect] >= SMALL:
+            return False
+        left, without = (
+            max(fit.rms(self.judged) ** 2 - self.floor**2, 0.0)
+            for fit in (self._closest.winner, self._closest.without[term.effect])
+        )
+        return left > _REMAINS * without
 
     def _rival(self, one: Solution) -> bool:
         """Whether a set could take the winner's place: it does not contain it."""
@@ -353,7 +366,7 @@ class Judgement:
                 if one.alternatives and self._sure[term.key][0] >= NAMED:
                     others = ", ".join(name.replace("_", " ") for name in one.alternatives)
                     why = f"{why}: it looks like {others} here"
-                if self._shares[term.effect] < SMALL:
+                if self._small(term):
                     why = f"removes {100.0 * one.shrink:.1f} % of the gap, too little to be named"
                 why = self._void[term.key] or why
                 if why not in SILENT:  # of any recording, and not worth a word
