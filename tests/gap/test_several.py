@@ -18,6 +18,7 @@ from ecyl_ros.gap.report.page import report_html
 from ecyl_ros.gap.report.terminal import summary
 from ecyl_ros.gap.rigid.joined import joined, motions_of
 from ecyl_ros.gap.rigid.motion import motion_of
+from ecyl_ros.gap.rigid.rest import at_rest
 from ecyl_ros.gap.several.together import diagnose_together
 from ecyl_ros.recording.signals import Recording
 
@@ -86,6 +87,24 @@ def test_a_noisy_recording_counts_less_and_has_a_floor_of_its_own() -> None:
     assert loud > 2.0 * quiet
     (level,) = found.causes[0].parameters
     assert level.low <= 9.0 <= level.high and level.high - level.low < 0.7
+
+
+def test_what_is_slow_beside_another_recording_is_no_rest() -> None:
+    """One at a hundredth of the other's speed rests where it does by itself, and no longer; both
+    can be diagnosed together."""
+    runs = [
+        recorded(m, 20.0 * m.a + 9.0 * np.sign(m.v), LINEAR, 0.3, 1e-10, seed=number)
+        for number, m in enumerate((motion(1e-3, 3, 6.0), motion(0.1, 4, 6.0)))
+    ]
+    motions = motions_of(runs, LINEAR, NAMES[:2], None)
+    both = joined(motions, NAMES[:2])
+    rests = at_rest(both)
+    for part, one in zip(both.parts, motions, strict=True):
+        assert np.mean(rests[part] != at_rest(one)) < 0.01  # at the seam
+        assert np.mean(rests[part]) < 0.1
+    (cause,) = _together(runs).causes
+    (level, *_) = cause.parameters
+    assert level.name == "coulomb_n" and level.value == pytest.approx(9.0, rel=0.02)
 
 
 def test_a_value_that_differs_is_said_with_both_and_not_averaged() -> None:

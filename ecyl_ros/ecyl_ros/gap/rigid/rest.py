@@ -10,8 +10,9 @@ from ...effects.along import Along
 from ...recording.runs import runs_of
 from .motion import Motion
 
-_SLOW = 0.02  # of the top speed: slower than that, for long and without getting anywhere, is rest
-_PLACE = 2e-3  # of the travel: so far may it creep meanwhile (bristles give way)
+# Of the top speed of a recording: slower than that, for long and without getting anywhere, is rest.
+_SLOW = 0.02
+_PLACE = 2e-3  # of its travel: so far may it creep meanwhile (bristles give way)
 _SLOWEST = 0.1  # ... and, in noise of the speed, at the most
 _NOISE = 3.0  # standard deviations of noise: what is beyond is motion
 _LEAST = 2.0  # periods of the bandwidth that it lasts, so that a mere reversal is none
@@ -24,14 +25,16 @@ def at_rest(motion: Motion) -> BoolArray:
     """bool[n], True where the output stands, and as far around as the filter carries that."""
     usable = motion.usable
     speed = np.abs(motion.velocity)
-    top = float(np.quantile(speed[usable], 0.99)) if usable.any() else 0.0
-    travel = float(np.ptp(motion.position[usable])) if usable.any() else 0.0
     shortest = max(3, round(_LEAST * motion.rate_hz / motion.bandwidth_hz))
     around = maximum_filter1d(motion.position, shortest) - minimum_filter1d(
         motion.position, shortest
     )
-    there = _PLACE * travel + 2.0 * _NOISE * motion.position_noise
-    slowest = max(_SLOW * top, min(_NOISE * motion.speed_noise, _SLOWEST * top))
+    there, slowest = np.zeros(speed.size), np.zeros(speed.size)
+    for part in motion.parts:  # what is slow beside another recording is motion all the same
+        top = float(np.quantile(speed[part][usable[part]], 0.99)) if usable[part].any() else 0.0
+        travel = float(np.ptp(motion.position[part][usable[part]])) if usable[part].any() else 0.0
+        there[part] = _PLACE * travel + 2.0 * _NOISE * motion.position_noise
+        slowest[part] = max(_SLOW * top, min(_NOISE * motion.speed_noise, _SLOWEST * top))
     still = (speed < slowest) & (around <= there)
     # As far as the windows reach that hold no motion; a mere reversal is shorter.
     slow = binary_dilation(still, np.ones(2 * (shortest // 2) + 1, dtype=bool))

@@ -151,6 +151,11 @@ def _values(
     for number in range(len(sources)):
         balance = copy.copy(judgement.balance)
         balance.usable = _rows(judgement, number)
+        if not balance.usable.any():
+            raise InputError(
+                f"{sources[number]}: nothing of it can be compared beside the others; expected "
+                "motion as long and as fast, or a diagnosis without it"
+            )
         fit = common.fit(terms, balance.usable)
         spans = intervals(balance, fit, balance.usable)
         own, held, at = [], {}, 0
