@@ -9,7 +9,7 @@ from ...effects.catalogue import RIGID
 from ...effects.term import Term
 from .sets import Sets
 from .solution import Solution
-from .terms import beside
+from .terms import bare_beside
 
 _RIVALS = 12
 
@@ -110,4 +110,4 @@ def _swaps(
 def _with(others: Sequence[Term], one: Term) -> list[Term]:
     """Terms with one more, in the place of those that it is a finer form of."""
     kept = [other for other in others if other.effect not in one.refines]
-    return [*beside([one], kept), one]
+    return [*bare_beside([one], kept), one]

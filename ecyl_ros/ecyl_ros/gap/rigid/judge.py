@@ -86,7 +86,6 @@ class Judgement:
         self._alike: dict[str, tuple[str, ...]] = {}
         self._shares: dict[str, float] = {}
         self.competed = contest.order
-        self._closest = contest  # before what is not sure enough went
 
     def void(self, term: Term) -> str:
         """Why a term of the closest set is no cause; empty where it may be one."""
@@ -338,9 +337,10 @@ class Judgement:
         takes what they leave down to the floor, as no error of theirs would let it."""
         if self._shares[term.effect] >= SMALL:
             return False
+        closest = self.certainty.contest  # before what is not sure enough went
         left, without = (
-            max(fit.rms(self.judged) ** 2 - self.floor**2, 0.0)
-            for fit in (self._closest.winner, self._closest.without[term.effect])
+            fit.bends(self.judged, self.floor) ** 2
+            for fit in (closest.winner, closest.without[term.effect])
         )
         return left > _REMAINS * without
 

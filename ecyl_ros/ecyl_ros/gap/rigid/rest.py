@@ -31,10 +31,12 @@ def at_rest(motion: Motion) -> BoolArray:
     )
     there, slowest = np.zeros(speed.size), np.zeros(speed.size)
     for part in motion.parts:  # what is slow beside another recording is motion all the same
-        top = float(np.quantile(speed[part][usable[part]], 0.99)) if usable[part].any() else 0.0
-        travel = float(np.ptp(motion.position[part][usable[part]])) if usable[part].any() else 0.0
-        there[part] = _PLACE * travel + 2.0 * _NOISE * motion.position_noise
-        slowest[part] = max(_SLOW * top, min(_NOISE * motion.speed_noise, _SLOWEST * top))
+        own = usable[part]
+        if own.any():
+            top = float(np.quantile(speed[part][own], 0.99))
+            travel = float(np.ptp(motion.position[part][own]))
+            there[part] = _PLACE * travel + 2.0 * _NOISE * motion.position_noise
+            slowest[part] = max(_SLOW * top, min(_NOISE * motion.speed_noise, _SLOWEST * top))
     still = (speed < slowest) & (around <= there)
     # As far as the windows reach that hold no motion; a mere reversal is shorter.
     slow = binary_dilation(still, np.ones(2 * (shortest // 2) + 1, dtype=bool))

@@ -20,7 +20,7 @@ from .null import Null
 from .search import left_by
 from .searched import slopes
 from .solution import Solution
-from .terms import beside, free_means, one_mean
+from .terms import bare_beside, free_means, one_mean
 
 LEAST_GAIN = 0.12  # of the squared residual above the floor
 SURE = 2.5  # standard errors over the stretches, fitted ones
@@ -161,7 +161,7 @@ class Sets:
         every = self.catalogue.candidates(self.left(current, chosen), among)
         return [
             one
-            for one in beside(chosen, every)
+            for one in bare_beside(chosen, every)
             if one.effect not in self.barred
             and not self.barred.intersection(one.contained)  # which would bring it back in
             and kinds.count(one.effect) < (_SAME if RIGID[one.effect].several else 1)
@@ -253,16 +253,15 @@ class Sets:
             fit = self.fit(kept)
         return best
 
-    def cost(self, fit: Solution, scale: float) -> float:
-        """Mean cost of a fit on the stretches that it was fitted to; nothing tells one from another
-        where there is none."""
-        costs = self.balance.costs(fit, scale, self.balance.fitted)
-        return float(np.mean(costs)) * fit.dearer if costs.size else math.inf
+    def cost(self, fit: Solution, scale: float, cap: float = math.inf) -> float:
+        """Mean cost of a fit on the stretches that it was fitted to, none above `cap`; nothing
+        tells one from another where there is none."""
+        costs = self.balance.costs(fit, scale, self.balance.fitted) * fit.dearer
+        return float(np.mean(np.minimum(costs, cap))) if costs.size else math.inf
 
     def glimpsed(self, before: Standing, then: Solution) -> float:
-        """Mean cost of a plain fit on the stretches that it was fitted to."""
-        costs = self.balance.costs(then, before.scale, self.balance.fitted) * then.dearer
-        return float(np.mean(np.minimum(costs, before.cap)))
+        """The same of a plain fit, as the costs of another set are counted."""
+        return self.cost(then, before.scale, before.cap)
 
     def holds(self, current: Solution, then: Solution, by: Term) -> bool:
         """Whether a term's gain is there on the stretches that nothing was fitted to."""

@@ -132,7 +132,7 @@ class Catalogue:
         return found
 
 
-def beside(chosen: Sequence[Term], others: Sequence[Term]) -> list[Term]:
+def bare_beside(chosen: Sequence[Term], others: Sequence[Term]) -> list[Term]:
     """Terms as they act beside a set: without a mean of their own if one of it holds a constant
     load, for both would be one."""
     holds = any("constant_load" in one.holds for one in chosen)
@@ -141,7 +141,7 @@ def beside(chosen: Sequence[Term], others: Sequence[Term]) -> list[Term]:
 
 def one_mean(terms: Sequence[Term]) -> list[Term]:
     """The same of a set beside itself."""
-    return beside(terms, terms)
+    return bare_beside(terms, terms)
 
 
 def free_means(terms: Sequence[Term]) -> bool:

@@ -53,24 +53,22 @@ def _inverse(
     balance: Balance, solution: Solution, columns: FloatArray, weights: FloatArray
 ) -> FloatArray:
     """Of the normal equations, float64[k, k]; columns, weights: float64[m, ...] of its rows."""
-    return _inverted(
-        balance, solution, columns, weights, np.diag(solution.prior**2 * solution.share)
-    )
+    gram, ridge = (columns * weights[:, None]).T @ columns, solution.prior**2 * solution.share
+    return _inverted(balance, solution, gram, float(weights.sum()), ridge)
 
 
 def _inverted(
-    balance: Balance,
-    solution: Solution,
-    columns: FloatArray,
-    weights: FloatArray,
-    ridge: FloatArray,
+    balance: Balance, solution: Solution, gram: FloatArray, weight: float, ridge: FloatArray
 ) -> FloatArray:
-    """The same, of squares that cost `ridge`, float64[k, k]."""
-    gram = (columns * weights[:, None]).T @ columns + ridge
+    """The same of products of columns, float64[k, k], of samples that weigh `weight` together.
+
+    ridge: float64[k], what the square of a coefficient costs.
+    """
+    gram = gram + np.diag(ridge)
     blurred = balance.blurred(solution.terms)
     size = np.sqrt(np.diag(gram))
     size[size == 0.0] = 1.0
-    gram -= freed(gram, blurred, float(weights.sum()) * balance.blur.noise**2)
+    gram -= freed(gram, blurred, weight * balance.blur.noise**2)
     scaled = gram / np.outer(size, size)
     made: FloatArray = np.linalg.pinv(scaled, hermitian=True) / np.outer(size, size)
     return made
@@ -121,18 +119,17 @@ def _modelled(
         ]
     )
     columns, weights = balance.columns(solution.terms)[rows], solution.weights[rows]
+    gram, weight = (columns * weights[:, None]).T @ columns, float(weights.sum())
 
     def off(power: FloatArray) -> FloatArray:
         """By an effort that makes the normal equations so unsure, float64[k]."""
-        known = np.diag(power * solution.prior**2 / PULL_PRICE)
+        known = power * solution.prior**2 / PULL_PRICE
         root = np.sqrt(power)
-        made: FloatArray = np.outer(root, root) * _inverted(
-            balance, solution, columns, weights, known
-        )
+        made: FloatArray = np.outer(root, root) * _inverted(balance, solution, gram, weight, known)
         return made
 
     noise = np.full(size.size, quantile**2 * solution.share)
-    return off(noise + float(weights.sum()) * size**2) - off(noise)
+    return off(noise + weight * size**2) - off(noise)
 
 
 def half_width(

@@ -68,20 +68,18 @@ def plan_cases(
     """
     rng = np.random.default_rng([seed, count])
     usable = [kind for kind in KINDS if kind in kinds]
-    if (
-        effects is not None
-        and len(usable) > 1
-        and not any(starmap(clear, combinations(effects, 2)))
-    ):
-        usable = [kind for kind in usable if kind != "pair"]
-    shares = np.array([SHARES[kind] for kind in usable])
     queues: dict[tuple[bool, bool], Iterator[str]] = {}
+    together = False
     for linear in (True, False):
         named = [name for name in faults(linear) if effects is None or name in effects]
         given = [name for name in named if name not in without]
         barred = [name for name in named if not without or name in without]
         for withheld, usual in ((False, given), (True, barred)):
             queues[linear, withheld] = _rounds(usual, rng)
+        together = together or any(starmap(clear, combinations(given, 2)))
+    if len(usable) > 1 and not together:
+        usable = [kind for kind in usable if kind != "pair"]
+    shares = np.array([SHARES[kind] for kind in usable])
     facts = {} if several is None else {RECORDINGS: several[0], SECONDS: several[1]}
     cases = []
     for index in range(count):
@@ -90,16 +88,15 @@ def plan_cases(
         kind = str(rng.choice(usable, p=shares / shares.sum()))
         names: tuple[str, ...] = ()
         if kind != "none":
-            drawn = _of_kind(queues, linear, kind)
-            if not drawn:  # faults of the other output alone
+            names = _of_kind(queues, linear, kind)
+            if not names:  # faults of the other output alone
                 linear = not linear
-                drawn = _of_kind(queues, linear, kind)
-            if not drawn:
+                names = _of_kind(queues, linear, kind)
+            if not names:
                 raise InputError(
                     f"no case of kind {kind} is left with the effects asked for; expected one of "
                     f"{', '.join(dict.fromkeys([*faults(True), *faults(False)]))}"
                 )
-            names = drawn
         hidden = set(without) | (set(names) if kind == "withheld" else set())
         cases.append(
             Case(
@@ -119,7 +116,7 @@ def plan_cases(
 def _of_kind(
     queues: Mapping[tuple[bool, bool], Iterator[str]], linear: bool, kind: str
 ) -> tuple[str, ...]:
-    """The next faults of an output; a pair of two that do not clash; none where there is none."""
+    """The next fault of an output, of a pair two that can be told apart; none where none is."""
     queue = queues[linear, kind == "withheld"]
     first = next(queue, None)
     if first is None or kind != "pair":

@@ -56,7 +56,7 @@ class Drawn:
 def draw_drive(seed: int, linear: bool, effects: Collection[str], sheet: float) -> Drawn:
     """The healthy drive of a seed.
 
-    effects: that it is to show, for which it is moved and recorded so that they may be seen at all.
+    effects: that it is to show: it is moved and recorded so that they may be seen at all.
     sheet: relative standard deviation of its constants off the file's.
     """
     rng = np.random.default_rng([seed, 6])
