@@ -152,3 +152,21 @@ def test_where_no_gain_is_named_values_count_by_that_of_the_file(monkeypatch) ->
     result = diagnose(recorded(m, current, arm, 0.02, 1e-5), arm)
     weight = causes(result)["gravity_on_arm"].parameters[0]
     assert weight.value == pytest.approx(2.0 / 1.3, rel=0.05)
+
+
+@pytest.mark.parametrize(("unknown", "named"), [(0.0, True), (0.01, False)])
+def test_what_a_fit_leaves_bounds_what_it_may_have_taken(unknown: float, named: bool) -> None:
+    """A spring of 20 N/m on a swing of nearly one frequency, nearly all of which a mass within its
+    tolerance does as well: named where noise alone is left, not beside an effort of 1 % that no
+    model explains."""
+    t = np.arange(int(20.0 * RATE_HZ)) / RATE_HZ
+    m = along(0.1 * np.sin(5.0 * t) + 0.02 * np.sin(7.0 * t + 1.0))
+    effort = 20.6 * m.a + 20.0 * (m.q - m.q.mean())
+    strange = np.sin(2.3 * t) * np.sign(np.sin(1.4 * t))
+    effort = effort + unknown * np.std(20.0 * m.a) * strange / np.std(strange)
+    sheet = dataclasses.replace(LINEAR, tolerances={"load.mass": 0.1})
+    found = causes(diagnose(recorded(m, effort, LINEAR, 0.002, 1e-7), sheet))
+    assert set(found) == ({"spring_load"} if named else set())
+    if named:
+        (stiffness,) = found["spring_load"].parameters
+        assert stiffness.low < 20.0 < stiffness.high and stiffness.low > 10.0

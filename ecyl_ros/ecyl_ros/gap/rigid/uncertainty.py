@@ -19,6 +19,9 @@ from .searched import with_searched
 from .solution import Solution
 
 _ALONG_A_WAVE = 0.5  # of `UNMODELLED`; models err smoothly, and in other directions by all of it
+# Of what a fit leaves, RMS: an effort of which any share of its square may lie along the columns,
+# one like another, leaves more than 1/20 of it with 95 %.
+_MOST_TAKEN = math.sqrt(20.0)
 _NOTHING = 1e-12  # of the variance that white noise gives
 _FORM = 1e-3  # half width, as a share of the value, that no interval falls below
 
@@ -109,11 +112,12 @@ def _modelled(
 
     An effort of that RMS may lie along any of them, as far as their tolerances allow: like one
     observation of it, whatever the number of samples. A tolerance bounds what noise and that effort
-    do together.
+    do together. What a fit leaves bounds the effort: little of it can have been taken whole.
     """
+    most = _MOST_TAKEN * float(np.sqrt(np.mean(solution.residual[rows] ** 2)))
     size = np.array(
         [
-            math.hypot(unmodelled(balance, wave=one.rate != 0.0), left)
+            math.hypot(min(unmodelled(balance, wave=one.rate != 0.0), most), left)
             for one in solution.terms
             for _ in range(one.columns.shape[0])
         ]
