@@ -13,7 +13,7 @@ from ecyl_ros.recording.signals import Recording
 
 DRIVE = load_drive("bench")
 MOTIONS = [Sine(amplitude=3e-3, frequency=f) for f in (1.0, 1.7, 0.8)]
-SECONDS = 2.5
+SECONDS = 1.8
 
 
 def recorded(

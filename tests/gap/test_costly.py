@@ -23,7 +23,7 @@ def test_the_search_ends_at_two_causes_where_replays_cost_too_much(
 ) -> None:
     """Three causes and no work to spare: no more than two are named, and the rest is told."""
     monkeypatch.setattr(candidates, "_ENOUGH_WORK_PER_S", 0.0)
-    replay = replayed(TRUE, seed=7, end_s=None)
+    replay = replayed(TRUE, seed=7, end_s=3.0)
     fitter = Fitter(replay, held_out(replay.time_s))
     found = compete(fitter, tuple(TRUE), lambda stage, share: None)
     assert len(found.winner.names) <= 2

@@ -46,7 +46,7 @@ SHEET = 0.02
 
 
 @cache
-def _case(name: str | None, seed: int = 1481, end_s: float = 8.0) -> tuple[Case, Fitter]:
+def _case(name: str | None, seed: int = 1481, end_s: float = 6.0) -> tuple[Case, Fitter]:
     """A stand-in off its sheet by 2 %, with a law that has no name, and the fits of its bag."""
     effects = {} if name is None else {name: {}}
     kind = "none" if name is None else "law"

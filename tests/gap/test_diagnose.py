@@ -58,7 +58,7 @@ def test_a_machine_of_another_make_is_diagnosed(effect, values, block) -> None:
     """The study's machine (LuGre, Heun, penalty contact) with one fault: named, sized, placed."""
     drive = exact("bench")
     case = Case(0, 4, "single", {effect: values})
-    result = diagnose(record_case(case, drive).slice(0.0, 4.0), drive)
+    result = diagnose(record_case(case, drive).slice(0.0, 3.0), drive)
     assert [cause.effect for cause in result.causes] == [effect]
     assert result.block == block and result.verdict == "explained"
     (name, truth), *_ = values.items()
@@ -71,7 +71,7 @@ def test_without_its_effect_a_machine_is_not_blamed_on_another() -> None:
     """Cogging with cogging and ripple taken out of the catalogue: no cause; described at most."""
     drive = exact("bench")
     case = Case(0, 5, "single", {"cogging_torque": {"amplitude_nm": 0.06, "periods_per_rev": 12.0}})
-    recording = record_case(case, drive).slice(0.0, 2.5)
+    recording = record_case(case, drive).slice(0.0, 2.0)
     result = diagnose(recording, drive, without=("cogging_torque", "torque_ripple"))
     assert result.causes == () and result.verdict in ("unexplained", "described")
     assert result.as_json()["causes"] == []

@@ -22,7 +22,7 @@ from ecyl_ros.gap.replay.replay import Replay
 from ecyl_ros.recording.signals import Recording
 
 DRIVE = exact("bench")
-SECONDS = 4.5
+SECONDS = 3.2
 RINGING = {"actuation_delay": {"delay_s": 1.5e-4}}
 FRICTION = {"load_viscous_friction": {"viscous_nm_s_per_rad": 0.006}}
 

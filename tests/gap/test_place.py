@@ -56,7 +56,7 @@ def test_a_jam_that_goes_on_to_where_the_motion_turns_is_none(middle_m: float, n
 SCREW = without_all_but("lead_error", "transmission_error", "backlash_error")
 
 
-@pytest.mark.parametrize(("seconds", "told"), [(7.0, True), (5.0, False)])
+@pytest.mark.parametrize(("seconds", "told"), [(6.0, True), (4.0, False)])
 def test_a_lead_and_a_wave_that_never_repeats_are_one_curve(seconds: float, told: bool) -> None:
     """A scale that bends over 7 mm of a lead of 20 mm: no lead and runout, but that curve; where
     too few stretches tell it from chance, only a note names it."""

@@ -77,7 +77,7 @@ def test_a_limit_that_is_reached_once_is_named() -> None:
     """A supply that one move of the whole recording reaches, within two parts in a thousand."""
     drive = exact("bench")
     true = {"voltage_limit": {"voltage_v": SUPPLY_V}}
-    found = diagnose(record_case(Case(0, 1721234942, "single", true), drive), drive)
+    found = diagnose(record_case(Case(0, 1721234942, "single", true), drive).slice(0.0, 6.0), drive)
     assert [one.effect for one in found.causes] == ["voltage_limit"]
     (value,) = found.causes[0].parameters
     assert value.value == pytest.approx(SUPPLY_V, rel=2e-3)

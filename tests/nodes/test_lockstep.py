@@ -87,7 +87,7 @@ def test_graph_in_one_process_writes_the_engines_bytes(variant: str, tmp_path: P
 
 def test_separate_processes_under_load_write_the_engines_bytes(tmp_path: Path) -> None:
     """One process per node on a machine with more to do than it can: the same bytes."""
-    arguments = ("--drive", "bench", "--reference", SINE, "--duration", 0.3)
+    arguments = ("--drive", "servo_1khz", "--reference", SINE, "--duration", 1.0)
     engine = simulated(tmp_path / "engine.mcap", *arguments)
     out = tmp_path / "graph.mcap"
     graph = start("run", *arguments, "--out", out)

@@ -30,7 +30,8 @@ PARTNER = "ecyl/plant partner"
 def _recording_run(folder: Path) -> tuple[subprocess.Popen, Path]:
     """A run as its user starts it, of which more than a chunk is on disk; and its recording."""
     out = folder / "run.mcap"
-    process = start("run", "--drive", "bench", "--reference", SINE, "--duration", 600, "--out", out)
+    arguments = ("--drive", "servo_1khz", "--reference", SINE, "--duration", 600)
+    process = start("run", *arguments, "--out", out)
     assert _wait_until(lambda: out.exists() and out.stat().st_size > 300_000, 60.0)
     return process, out
 

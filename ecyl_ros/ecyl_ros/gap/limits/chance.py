@@ -134,8 +134,8 @@ class Visible:
         priced = np.flatnonzero(price > 0.0)
         self._pulls = machines.pulls[:, priced]
         self._tested = machines.tested[priced]
-        parts = rows.reshape(len(rows), base.signals, -1)
-        self._by_signal = np.einsum("ksn,lsn->skl", parts, parts, optimize=True) / parts.shape[2]
+        parts = rows.reshape(len(rows), base.signals, -1).swapaxes(0, 1)
+        self._by_signal = parts @ parts.swapaxes(1, 2) / parts.shape[2]
         self._shares = _directions(machines.phases, len(response))
         sound, _ = self._sheet_alone(0.0)
         self._needed = [
@@ -188,14 +188,14 @@ class Visible:
         saved = PRICE * pulls**2 / np.maximum(seen, UNSEEN)
         strained = np.any((saved > STRAINED) & (seen > UNSEEN) & self._tested, axis=1)
         point = np.concatenate([off, shares], axis=1)
-        judged = np.einsum("dk,kl,dl->d", point, self._held.gram, point, optimize=True)
+        judged = np.sum(point @ self._held.gram * point, axis=1)
         judged = machines.level + np.maximum(judged, 0.0)
         return (cost * dearer, judged * dearer), strained
 
     def _gap(self, size: float) -> BoolArray:
         """Whether the nominal model is off its floor in any signal, bool[draws]."""
         point = np.concatenate([self.machines.pulls, size * self._shares], axis=1)
-        square = np.einsum("dk,skl,dl->ds", point, self._by_signal, point, optimize=True)
+        square = np.sum(point @ self._by_signal * point, axis=2).T
         shaken = self.machines.shaken
         allowed = np.where(shaken > 1.21, 1.69 * shaken, shaken) * NO_GAP_RATIO**2
         found: BoolArray = np.any(shaken + square > allowed, axis=1)

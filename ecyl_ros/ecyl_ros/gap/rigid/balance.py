@@ -102,6 +102,7 @@ class Balance:
         self.stretch: NDArray[np.int64] = np.floor((self.time_s - begin) / self.stretch_s).astype(
             np.int64
         )
+        self._numbers = self.stretch - self.stretch.min(initial=0)  # from 0 on
         self.held: BoolArray = self.stretch % HELD_OUT_EVERY == 1
         self.fold: NDArray[np.int64] = self.stretch // HELD_OUT_EVERY % self.FOLDS
         self._cache: dict[str, tuple[Term, FloatArray]] = {}
@@ -191,7 +192,7 @@ class Balance:
         """Coefficients by some rows alone; parts: columns of each term, float64[k, m]."""
         target = self.target[rows]
         # What is less than the effort's rounding is no scale for anything.
-        least = max(_ROUNDING * float(np.sqrt(np.mean(self.effort**2))), 1e-300)
+        least = max(_ROUNDING * _rms(self.effort), 1e-300)
         if begin is None:
             weights, scale = np.ones(target.size), max(_scale(target), least)
         else:
@@ -253,9 +254,11 @@ class Balance:
 
     def by_stretch(self, values: FloatArray, rows: BoolArray) -> FloatArray:
         """Means over the stretches that have at least some of `rows`."""
-        labels = np.unique(self.stretch[rows], return_inverse=True)[1]
-        count = np.bincount(labels)
-        means = np.bincount(labels, weights=values[rows]) / np.maximum(count, 1)
+        numbers = self._numbers[rows]
+        count = np.bincount(numbers)
+        seen = count > 0
+        means = np.bincount(numbers, weights=values[rows])[seen] / count[seen]
+        count = count[seen]
         kept: FloatArray = means[count >= max(3, 0.2 * count.max(initial=0))]
         return kept
 
@@ -308,4 +311,8 @@ def _scale(residual: FloatArray) -> float:
     """Robust standard deviation about zero."""
     if residual.size == 0:
         return 0.0
-    return max(typical_rms(residual), 1e-3 * float(np.sqrt(np.mean(residual**2))))
+    return max(typical_rms(residual), 1e-3 * _rms(residual))
+
+
+def _rms(values: FloatArray) -> float:
+    return math.sqrt(float(values @ values) / values.size)

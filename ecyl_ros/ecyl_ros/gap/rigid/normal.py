@@ -11,6 +11,7 @@ from scipy.optimize import lsq_linear, nnls
 
 from ...arrays import FloatArray
 
+_TOLD = 1e-12  # of the largest eigenvalue
 MOST_BLUR = 0.5  # of what is known of the acceleration that noise may have brought
 
 
@@ -59,14 +60,17 @@ def solve(
         brought = freed(gram, share, float(weights.sum()) * noise[0] ** 2)
         gram -= brought
         aim += noise[1] * brought @ share / float(share @ share)
-    found: FloatArray = np.linalg.lstsq(gram, aim, rcond=1e-12)[0] / size
+    values, vectors = np.linalg.eigh(gram)
+    aimed = aim @ vectors
+    # Directions that nothing tells of are left out, as least squares does.
+    told = np.abs(values) > _TOLD * np.abs(values).max(initial=0.0)
+    found: FloatArray = vectors[:, told] @ (aimed[told] / values[told]) / size
     low, high = bounds
     if (found >= low).all() and (found <= high).all():
         return found
     # The same minimum as of the tall problem: gram = L L', aim = L y.
-    values, vectors = np.linalg.eigh(gram)
-    root = np.sqrt(np.maximum(values, 1e-12 * values[-1]))
-    system, aim = root[:, None] * vectors.T, (vectors.T @ aim) / root
+    root = np.sqrt(np.maximum(values, _TOLD * values[-1]))
+    system, aim = root[:, None] * vectors.T, aimed / root
     if np.isfinite(high).any():
         within: FloatArray = (
             lsq_linear(system, aim, (low * size, high * size), method="bvls").x / size
