@@ -5,7 +5,8 @@ is known as log s, normally distributed about log s0 with a standard deviation o
 logarithms what scales together (a torque constant, and all inertias and frictions) lies on straight
 lines. Its *pull* is log(s / s0) s0 / t, hence (s - s0) / t near the nominal value: 1 stands at the
 edge of the sheet. Pulls are fitted beside every candidate, and cost (2 pull)^2 each, twice what
-they subtract from the logarithm of the distribution.
+they subtract from the logarithm of the distribution. Whether one has left its sheet goes by
+(s - s0) / t, as data sheets count, where that is more.
 """
 
 from __future__ import annotations
@@ -158,6 +159,20 @@ class Sheet:
     def index(self, key: str | None) -> int | None:
         """Where a constant stands among the uncertain ones; None where it is not one of them."""
         return self.keys.index(key) if key in self.keys else None
+
+
+def stated(pulls: FloatArray, relative: FloatArray) -> FloatArray:
+    """Pulls as a data sheet counts them, (s - s0) / t, where that is more; float64[..., k].
+
+    Upwards it is. Downwards a half is as far off as a double, not half as far. relative:
+    float64[k], tolerances as shares of the nominal values.
+    """
+    up = (pulls > 0.0) & (relative > 0.0)
+    off = np.expm1(
+        np.minimum(relative * pulls, math.log(_FAR)), where=up, out=np.zeros(pulls.shape)
+    )
+    made: FloatArray = np.where(up, off / np.where(up, relative, 1.0), pulls)
+    return made
 
 
 def raised(cost: float, price: float) -> float:

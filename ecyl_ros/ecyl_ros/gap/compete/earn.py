@@ -68,7 +68,8 @@ def relieves(fitter: Fitter, with_it: Fit, without: Fit) -> bool:
     if strain is None or effect_of(strain.row, fitter) not in {*with_it.names} - {*without.names}:
         return False
     structure = max(without.left - fitter.perfect_with(without.values) ** 2, 0.0)
-    if strain.saved <= STRAINED + fitter.sheet.evidence * structure:
+    beyond = strain.saved * (1.0 - STRAINED / strain.counted)  # more than a healthy machine may
+    if beyond <= fitter.sheet.evidence * structure:
         return False
     closer = with_it.fitted < without.fitted and with_it.judged < without.judged
     return closer and most_strained(with_it, fitter) is None

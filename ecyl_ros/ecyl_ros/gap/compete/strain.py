@@ -19,7 +19,7 @@ from ..fit.fit import Fit, Fitter, Values
 from ..fit.gram import weighted_products
 from ..fit.robust import per_square, robust_weights
 from ..inverse import inverse_of
-from ..sheet import PULL_PRICE
+from ..sheet import PULL_PRICE, stated
 
 # The square of a normal variable that is two tolerances, four standard deviations, off. A sheet has
 # a dozen constants: one healthy machine in a thousand has one so far off by chance.
@@ -33,12 +33,14 @@ class Strain:
 
     Attributes:
         row: of the sheet. saved: by how much the objective falls; the square of a normal variable
-            where the sheet holds. pull: where the constant goes.
+            where the sheet holds. counted: the same where tolerances are counted as data sheets do,
+            see `sheet.stated`. pull: where the constant goes.
         values, pulls: where the effects' parameters and the other constants go with it.
     """
 
     row: int
     saved: float
+    counted: float
     pull: float
     values: Values
     pulls: FloatArray
@@ -54,7 +56,7 @@ def strains(fit: Fit, fitter: Fitter) -> list[Strain]:
     pieces = per_square(fitter.sheet.evidence, weight, residual)
     price = np.diag([0.0] * first + [PULL_PRICE] * len(fit.pulled))
     curvature = pieces * weighted_products(fit.jacobian, weight, residual)[0] + price
-    inverse = inverse_of(curvature)
+    inverse, relative = inverse_of(curvature), fitter.sheet.relative
     found = []
     for index, row in enumerate(fit.pulled, first):
         # What the recording says of it, as a share of what it and the sheet say together.
@@ -70,7 +72,9 @@ def strains(fit: Fit, fitter: Fitter) -> list[Strain]:
             values[one.effect][one.quantity.name] = new
         pulls = fit.pulls.copy()
         pulls[list(fit.pulled)] += moved[first:]
-        found.append(Strain(row, PULL_PRICE * pull**2 / seen, pull / seen, values, pulls))
+        free = pull / seen
+        counted = PULL_PRICE * seen * float(stated(np.array(free), relative[row])) ** 2
+        found.append(Strain(row, PULL_PRICE * pull * free, counted, free, values, pulls))
     return sorted(found, key=lambda one: -one.saved)
 
 
@@ -87,8 +91,8 @@ def furthest(fit: Fit, fitter: Fitter, counts: Callable[[int], bool]) -> Strain 
 
     None where all may be those of a healthy machine.
     """
-    found = next((one for one in strains(fit, fitter) if counts(one.row)), None)
-    return found if found is not None and found.saved > STRAINED else None
+    beyond = (one for one in strains(fit, fitter) if counts(one.row) and one.counted > STRAINED)
+    return next(beyond, None)
 
 
 def effect_of(row: int, fitter: Fitter) -> str | None:

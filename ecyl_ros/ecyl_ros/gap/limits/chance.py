@@ -21,6 +21,7 @@ from ..compete.earn import AT_FLOOR, LEAST, WORTH
 from ..compete.strain import STRAINED, UNSEEN, effect_of
 from ..inverse import inverse_of
 from ..replay.hidden import NO_GAP_RATIO
+from ..sheet import stated
 from .columns import Base
 from .loss import weights
 
@@ -41,7 +42,8 @@ class Machines:
         pulls: float64[draws, k], true ones of the sheet; 0 for causes. phases: float64[draws].
         level: mean square of what the model leaves, by noise or by what is not explained. floor: of
         a perfect one. evidence: see `sheet`. shaken: mean square of each signal's noise.
-        tested: bool[k], coordinates that may be found strained.
+        tested: bool[k], coordinates that may be found strained. relative: float64[k], tolerances of
+        constants as shares of their nominal values.
     """
 
     base: Base
@@ -52,6 +54,7 @@ class Machines:
     evidence: float
     shaken: FloatArray
     tested: BoolArray
+    relative: FloatArray
 
     @classmethod
     def drawn(cls, base: Base, draws: int = DRAWS) -> Machines:
@@ -72,6 +75,7 @@ class Machines:
             fitter.sheet.evidence,
             np.maximum(np.mean(healthy**2, axis=1), 1.0),
             np.array(tested, dtype=bool),
+            np.array([fitter.sheet.relative[row] if row >= 0 else 0.0 for row in base.pulled]),
         )
 
     def without(self, effect: str) -> Machines:
@@ -133,7 +137,7 @@ class Visible:
         )
         priced = np.flatnonzero(price > 0.0)
         self._pulls = machines.pulls[:, priced]
-        self._tested = machines.tested[priced]
+        self._tested, self._relative = machines.tested[priced], machines.relative[priced]
         parts = rows.reshape(len(rows), base.signals, -1).swapaxes(0, 1)
         self._by_signal = parts @ parts.swapaxes(1, 2) / parts.shape[2]
         self._shares = _directions(machines.phases, len(response))
@@ -185,7 +189,7 @@ class Visible:
         dearer = np.exp(np.minimum(PRICE * np.sum(pulls**2, axis=1) / machines.evidence, 100.0))
         scale = (machines.evidence / cost)[:, None]
         seen = 1.0 - PRICE / (scale * values + PRICE) @ (axes**2).T
-        saved = PRICE * pulls**2 / np.maximum(seen, UNSEEN)
+        saved = PRICE * seen * stated(pulls / np.maximum(seen, UNSEEN), self._relative) ** 2
         strained = np.any((saved > STRAINED) & (seen > UNSEEN) & self._tested, axis=1)
         point = np.concatenate([off, shares], axis=1)
         judged = np.sum(point @ self._held.gram * point, axis=1)

@@ -133,8 +133,10 @@ def _within_sheet(diagnosis: Diagnosis) -> str:
         most = max(seen, key=lambda one: abs(one.pull))
         text += (
             f" The {words.constant(most.parameter)} is furthest from its nominal value, by "
-            f"{abs(most.pull):.1f} of its tolerance."
+            f"{abs(most.pull):.1f} of its tolerance"
         )
+        # As `strain.STRAINED` has it.
+        text += ", which a sound machine's may be (up to two)." if abs(most.pull) > 1.0 else "."
     return text
 
 
