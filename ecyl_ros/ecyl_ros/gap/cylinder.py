@@ -43,6 +43,7 @@ from .judge.verdict import (
     ratios,
     settings,
     settings_alone,
+    share_of,
     shrink_of,
     standing,
     undecided,
@@ -211,7 +212,7 @@ def assembled(found: Judged, source: str, drive_name: str) -> tuple[Diagnosis, F
     chain = _steps(fitter, competition) if winner.names else []
     noise = fitter.noise_with(winner)
     floor = pooled(replay, noise)
-    surplus = max(before - floor, 1e-12)
+    surplus = before - floor
     against = in_all(without_causes(competition, fitter))
     causes, at_bounds = _causes(found, chain, place, in_all, against, surplus)
     notes += at_bounds
@@ -222,7 +223,7 @@ def assembled(found: Judged, source: str, drive_name: str) -> tuple[Diagnosis, F
     if not named:
         notes += [] if reason else _too_unlike(causes, winner)
         noise, floor = np.ones(len(replay.signals)), white
-        surplus = max(before - floor, 1e-12)
+        surplus = before - floor
     elif floor > white:
         notes.append(
             f"with {' and '.join(one.title for one in causes)} the loop amplifies sensor noise "
@@ -327,7 +328,8 @@ def _causes(
             )
             if bound:
                 notes.append(f"{name}: {quantity.name} is at the bound of its fit")
-        off, lost = (previous - now) / surplus, (rest - in_all(winner)) / surplus
+        off = share_of(previous - now, surplus)
+        lost = share_of(rest - in_all(winner), surplus)
         needed = CATALOGUE[name].needed
         causes.append(named_cause(name, parameters, sure, others, off, lost, needed=needed))
         previous = now

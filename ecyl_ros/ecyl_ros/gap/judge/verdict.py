@@ -65,7 +65,13 @@ def verdict_of(
 
 def shrink_of(before: float, after: float, surplus: float) -> float:
     """Share of what stands above the floor (`surplus`) that is gone, 0 to 1."""
-    return max(0.0, min(1.0, (before - after) / surplus))
+    return max(0.0, share_of(before - after, surplus))
+
+
+def share_of(removed: float, surplus: float) -> float:
+    """What a cause removed, or added, of the `surplus`, -1 to 1; of none, where causes that let
+    noise through raise the floor above the gap, 0."""
+    return min(max(removed / surplus, -1.0), 1.0) if surplus > 0.0 else 0.0
 
 
 def named_cause(
@@ -92,8 +98,8 @@ def named_cause(
         title=known.title,
         confidence=sure,
         parameters=tuple(parameters),
-        shrink=min(1.0, taken_off),
-        shrink_alone_lost=min(1.0, lost),
+        shrink=taken_off,
+        shrink_alone_lost=lost,
         alternatives=others,
         excitation=needed,
     )
@@ -235,9 +241,14 @@ def settings_alone(names: Iterable[str]) -> float:
 
 
 def settings(names: Iterable[str]) -> list[str]:
-    """Those of some effects that are settings of the controller, its limits aside."""
+    """Those of some effects that are settings of the controller, its limits aside.
+
+    Beside one, a delay counts as one more: with it, it may stand for a filter that is not known.
+    """
     every = {name: CATALOGUE[name] for name in names}
-    return [name for name, one in every.items() if one.block == "controller" and one.sized != ()]
+    tuned = [name for name, one in every.items() if one.block == "controller" and one.sized != ()]
+    late = [name for name, one in every.items() if one.block == "timing"] if tuned else []
+    return [name for name in every if name in tuned or name in late]
 
 
 def confidence(place: Standing, rivals_as_good: int) -> float:

@@ -22,6 +22,7 @@ from ..judge.verdict import (
     STRUCTURELESS,
     in_words,
     named_cause,
+    share_of,
     shrink_of,
     told_by,
     verdict_of,
@@ -278,15 +279,14 @@ class Judgement:
                 shares[term.effect] = max(more, (previous - now) / surplus)
             parameters = [FittedParameter(*one) for one in self.values.told[term.key]]
             sure, alternatives = self._sure[term.key][1], self._alike[term.key]
-            taken_off = (previous - now) / surplus
             found.append(
                 named_cause(
                     term.effect,
                     parameters,
                     sure,
                     alternatives,
-                    taken_off,
-                    lost / surplus,
+                    share_of(previous - now, surplus),
+                    share_of(lost, surplus),
                     needed=EFFECTS[term.effect].excitation,
                 )
             )
