@@ -63,6 +63,22 @@ def test_what_is_held_at_rest_has_faded_where_motion_counts(weight_hz: float) ->
     assert counts.mean() > 0.4
 
 
+def test_an_output_that_stands_against_a_stop_is_not_judged() -> None:
+    """It gives way by 0.01 rad for each N m, to either side of two places, in 70 s of which it
+    moves for half a second: any sine of the angle fits what it is held with, and none is named."""
+    t = np.arange(int(70.0 * RATE_HZ / 10.0)) / (RATE_HZ / 10.0)
+    place = np.where((t < 25.0) | (t > 50.0), -1.5, 0.0)
+    effort = 2.0 * np.floor(t % 25.0 / 5.0) * np.where(t > 50.0, -1.0, 1.0)
+    hurry = np.exp(-(((t - 25.0) / 0.1) ** 2)) - np.exp(-(((t - 50.0) / 0.1) ** 2))
+    q = place + 0.01 * effort + 0.3 * hurry
+    q += 4e-4 * np.random.default_rng(3).normal(size=t.size)
+    m = Motion(t, q, np.gradient(q, t), np.zeros(t.size))
+    sheet = Machine(kind="rigid", output="rotary", actuation="torque", gain=1.0)
+    found = diagnose(recorded(m, effort, sheet, 0.01, 1e-4), sheet)
+    assert found.verdict == "not_judgeable" and not found.causes and not found.limits
+    assert "hardly ever moves" in found.reason
+
+
 def test_what_friction_holds_at_rest_is_no_gap() -> None:
     """Level 9 N in motion; at rest anything below it: friction of 9 N alone is named."""
     m = _pausing()

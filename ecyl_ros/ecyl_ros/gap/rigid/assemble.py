@@ -116,7 +116,7 @@ def assembled(
         ),
         within_sheet=ruling.after / spread if ruling.verdict == "within_sheet" else None,
         reason=ruling.reason,
-        limits=rigid_limits(judgement, without),
+        limits=rigid_limits(judgement, without) if judgement.balance.moves else (),
         caution=motion.caution,
     )
 

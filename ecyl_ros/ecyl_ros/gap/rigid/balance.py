@@ -65,7 +65,7 @@ class Balance:
     Attributes:
         target: float64[m], effort less nominal, filtered. effort: float64[m].
         usable, held: bool[m]. stretch: int64[m], number of the stretch of `stretch_s`.
-        lag_s: see below.
+        lag_s: see below. moves: whether it moves for long enough to be judged by that alone.
         fold: int64[m], 0 to `FOLDS` - 1 on stretches that are fitted, for cross-validation.
     """
 
@@ -94,8 +94,8 @@ class Balance:
             _LEAST_MOVING_S * self._rate,
             _LEAST_MOVING * max(motion.usable[rows].sum(), 1),
         )
-        self.rests = bool(moving.sum() >= enough)
-        self.usable: BoolArray = moving if self.rests else motion.usable[rows]
+        self.moves = bool(moving.sum() >= enough)
+        self.usable: BoolArray = moving if self.moves else motion.usable[rows]
         part = self.time_s[self.usable]
         begin, end = (float(part[0]), float(part[-1])) if part.size else (0.0, 1.0)
         self.stretch_s = stretch_length(end - begin, float(self.usable.sum()) / self._rate)

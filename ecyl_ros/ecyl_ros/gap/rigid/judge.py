@@ -129,7 +129,7 @@ class Judgement:
         held = contest.base.rms(self.judged)
         settled = no_gap or (held <= NO_GAP_RATIO * floor and not (strained or mostly))
         # What stands no higher than its floor holds nothing that a cause could take away.
-        named = bool(causes) and helps and not (settled or at_floor)
+        named = bool(causes) and helps and not (settled or at_floor) and self.balance.moves
         if named and any(self._unsure(one) for one in contest.order):
             causes = self._sure_ones(causes, before, surplus)
             contest = self.contest
@@ -157,6 +157,11 @@ class Judgement:
         nothing = nothing_shown(self.motion)
         if nothing in self._void.values() and not named:
             reason = f"{nothing}: record a motion that it drives"
+        if not self.balance.moves:
+            reason = (
+                "the output hardly ever moves, and where it stands it shows only what holds it: "
+                "record motion"
+            )
         flat = self.floor > _FLAT * signal and after <= STRUCTURELESS * self.floor
         if flat:
             reason = (

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.ndimage import binary_dilation, maximum_filter1d, minimum_filter1d
 
-from ...arrays import BoolArray
+from ...arrays import BoolArray, FloatArray
 from ...effects.along import Along
 from ...recording.runs import runs_of
 from .motion import Motion
@@ -13,7 +13,8 @@ from .motion import Motion
 # Of the top speed of a recording: slower than that, for long and without getting anywhere, is rest.
 _SLOW = 0.02
 _PLACE = 2e-3  # of its travel: so far may it creep meanwhile (bristles give way)
-_SLOWEST = 0.1  # ... and, in noise of the speed, at the most
+_SLOWEST, _WAY = 0.1, 0.9  # ... and, in noise, at the most, of the speed below which so much of
+# its way is gone: where an output hardly ever moves, its top speed by time is that of the noise
 _NOISE = 3.0  # standard deviations of noise: what is beyond is motion
 _LEAST = 2.0  # periods of the bandwidth that it lasts, so that a mere reversal is none
 _REVERSING = 3.0  # times the speed over which the sign of the speed is softened
@@ -36,7 +37,8 @@ def at_rest(motion: Motion) -> BoolArray:
             top = float(np.quantile(speed[part][own], 0.99))
             travel = float(np.ptp(motion.position[part][own]))
             there[part] = _PLACE * travel + 2.0 * _NOISE * motion.position_noise
-            slowest[part] = max(_SLOW * top, min(_NOISE * motion.speed_noise, _SLOWEST * top))
+            noisy = min(_NOISE * motion.speed_noise, _SLOWEST * _fast(speed[part][own]))
+            slowest[part] = max(_SLOW * top, noisy)
     still = (speed < slowest) & (around <= there)
     # As far as the windows reach that hold no motion; a mere reversal is shorter.
     slow = binary_dilation(still, np.ones(2 * (shortest // 2) + 1, dtype=bool))
@@ -51,6 +53,13 @@ def at_rest(motion: Motion) -> BoolArray:
         found, np.ones(_smeared(motion, motion.corner_hz), dtype=bool)
     )
     return made
+
+
+def _fast(speed: FloatArray) -> float:
+    """The speed below which `_WAY` of the way is gone; speed: float64[n], at even instants."""
+    by_speed = np.sort(speed)
+    gone = np.cumsum(by_speed)
+    return float(by_speed[np.searchsorted(gone, _WAY * gone[-1])])
 
 
 def moving(rows: BoolArray, motion: Motion, along: Along) -> BoolArray:
