@@ -9,7 +9,13 @@ from report_samples import coulomb, diagnosis, of_each_verdict
 
 from ecyl_ros.api.notebook import html
 from ecyl_ros.effects.catalogue import CATALOGUE
-from ecyl_ros.gap.diagnosis import Candidate, FittedParameter, Measured, SignalGap
+from ecyl_ros.gap.diagnosis import (
+    Candidate,
+    FittedParameter,
+    Measured,
+    SheetValue,
+    SignalGap,
+)
 from ecyl_ros.gap.report.rivals import runner_up
 from ecyl_ros.gap.report.terminal import summary
 from ecyl_ros.gap.report.verdict import sentence
@@ -27,6 +33,16 @@ def test_the_summary_fits_a_screen_and_a_pipe(verdict: str) -> None:
     assert text.isascii() and "\x1b" not in text
     assert " ".join(text.split("\n\n")[0].split()) == sentence(VERDICTS[verdict])
     assert lines[-1].split() == ["written", "out.yaml"]
+
+
+@pytest.mark.parametrize(("found", "told"), [(0.75, True), (0.85, False)])
+def test_a_constant_far_off_its_sheet_is_told_where_nothing_is_named(found, told) -> None:
+    """2.5 tolerances below its nominal value no sound machine is; 1.5 one may be."""
+    inertia = SheetValue("load.inertia", "kg m^2", 1.0, 0.1, found, found, found, seen=True)
+    said = sentence(dataclasses.replace(VERDICTS["unexplained"], sheet=(inertia,)))
+    words = "The load inertia fits best 2.5 tolerances below its nominal value: it is wrong, or"
+    assert (words in said) is told
+    assert ("tolerances" in said) is told
 
 
 def test_causes_come_with_interval_and_confidence() -> None:

@@ -6,9 +6,11 @@ import math
 from dataclasses import replace
 
 from ...effects.catalogue import RIGID
-from ..diagnosis import Cause, ConditionShare, Diagnosis, FittedParameter, SignalGap
+from ..compete.strain import STRAINED
+from ..diagnosis import Cause, ConditionShare, Diagnosis, FittedParameter, SheetValue, SignalGap
 from ..judge.verdict import EXPLAINED_SHRINK, NO_GAP_RATIO, STRUCTURELESS, shrink_of
 from ..listed import listed
+from ..sheet import PULL_PRICE
 from . import law as law_words
 from . import quantities as q
 from . import together, words
@@ -19,6 +21,7 @@ _BUT_FOR = 2.0  # ... but for a signal that is left further above its own
 _TELLING = 1.5  # a condition is worth a word if it holds so many times its share of the time
 _MUCH = 0.3  # ... and this share of the gap
 _BY_SHEET = 0.1  # share of the gap that the sheet's constants remove, from which it is told
+_SOUND = math.sqrt(STRAINED / PULL_PRICE)  # tolerances that a sound machine's constant may be off
 _MORE = 1.1  # times what all that was found leaves: then it is told what that removes
 
 
@@ -128,16 +131,32 @@ def _within_sheet(diagnosis: Diagnosis) -> str:
         f"constants as found, {'all' if share == '100 %' else share} of the gap is gone on "
         "held-out data."
     )
-    seen = [one for one in diagnosis.sheet if one.seen and one.stated]
-    if seen:
-        most = max(seen, key=lambda one: abs(one.pull))
+    most = _furthest(diagnosis)
+    if most is not None:
         text += (
             f" The {words.constant(most.parameter)} is furthest from its nominal value, by "
             f"{abs(most.pull):.1f} of its tolerance"
         )
-        # As `strain.STRAINED` has it.
         text += ", which a sound machine's may be (up to two)." if abs(most.pull) > 1.0 else "."
     return text
+
+
+def _furthest(diagnosis: Diagnosis) -> SheetValue | None:
+    """The stated constant that lies furthest off its sheet, of those that the recording shows."""
+    seen = [one for one in diagnosis.sheet if one.seen and one.stated]
+    return max(seen, key=lambda one: abs(one.pull), default=None)
+
+
+def _off_sheet(diagnosis: Diagnosis) -> str:
+    """The constant that is at fault, or stands for what is; empty where all may be sound."""
+    most = _furthest(diagnosis)
+    if most is None or abs(most.pull) <= _SOUND:
+        return ""
+    return (
+        f" The {words.constant(most.parameter)} fits best {abs(most.pull):.1f} tolerances "
+        f"{'above' if most.pull > 0.0 else 'below'} its nominal value: it is wrong, or what is not "
+        "explained bends it."
+    )
 
 
 def _lessened(one: Cause) -> FittedParameter | None:
@@ -292,7 +311,7 @@ def _unexplained(diagnosis: Diagnosis) -> str:
         if when is not None:
             text += f"; {q.whole_percent(when.share)} of the gap lies {when_in_words(when)}"
         text += "."
-    text += _of_effort(diagnosis)
+    text += _of_effort(diagnosis) + _off_sheet(diagnosis)
     if diagnosis.block is not None:
         text += f" Effects in {words.block(diagnosis.block)} come closest."
     alone = min(
