@@ -186,3 +186,25 @@ def test_what_a_fit_leaves_bounds_what_it_may_have_taken(unknown: float, named: 
     if named:
         (stiffness,) = found["spring_load"].parameters
         assert stiffness.low < 20.0 < stiffness.high and stiffness.low > 10.0
+
+
+def test_values_are_as_wide_as_a_gain_that_is_not_told_from_an_inertia() -> None:
+    """A file whose gain is 0.7 of the true one, or whose inertia is a 0.7th: neither is named, and
+    the frictions, told by the file's gain, may be those of the true one."""
+    m = motion(1.5)
+    torque = 0.02 * m.a + 0.03 * m.v + 0.12 * np.sign(m.v)
+    sheet = Machine(
+        kind="rigid",
+        output="rotary",
+        actuation="current",
+        gain=0.07,
+        inertia=0.02,
+        tolerances={"actuation.gain": 0.05, "load.inertia": 0.05},
+    )
+    result = diagnose(recorded(m, torque / 0.1, sheet, 0.02, 1e-5), sheet)
+    found = causes(result)
+    assert set(found) == {"rotor_coulomb_friction", "rotor_viscous_friction"}
+    for name, true in (("rotor_coulomb_friction", 0.12), ("rotor_viscous_friction", 0.03)):
+        (value,) = found[name].parameters
+        assert value.low < 0.7 * true < true < value.high
+    assert any("it looks like" in note and "inertia" in note for note in result.notes)

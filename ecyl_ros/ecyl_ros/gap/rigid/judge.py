@@ -40,6 +40,7 @@ from .void import SILENT, why_not
 
 _CLOSE, _HELPS_CLOSE = 5.0, 0.25  # where no more than so many floors are left, less has to be gone
 _WANDERS = 0.05  # share of the effort that may not repeat where there is to be no gap
+_LIKELY = 0.5  # a gain, or what looks like it, acts rather than not
 SMALL = 0.03  # share of the gap that an effect has to remove to be named
 _REMAINS = 0.05  # of the power that others leave above the floor: an error of form has another one
 _SWINGS = (
@@ -86,6 +87,7 @@ class Judgement:
         self._sure: dict[str, tuple[float, float]] = {}
         self._alike: dict[str, tuple[str, ...]] = {}
         self._shares: dict[str, float] = {}
+        self._by_other_gain = list[Values]()
         self.competed = contest.order
 
     def void(self, term: Term) -> str:
@@ -282,7 +284,7 @@ class Judgement:
                 self._alike[term.key] = alternatives
                 more = shares.get(term.effect, 0.0)
                 shares[term.effect] = max(more, (previous - now) / surplus)
-            parameters = [FittedParameter(*one) for one in self.values.told[term.key]]
+            parameters = [FittedParameter(*one) for one in self._told(term)]
             sure, alternatives = self._sure[term.key][1], self._alike[term.key]
             found.append(
                 named_cause(
@@ -385,10 +387,36 @@ class Judgement:
         self.contest = dataclasses.replace(
             contest, winner=path[-1] if path else contest.base, order=tuple(kept), path=tuple(path)
         )
+        self._by_other_gain = [
+            self._valued(self.null.fit(terms, self.balance.usable))
+            for terms in self._of_undecided_gain(contest, out)
+        ]
         gains = {one.effect for one in out if scales(one.effect)}
         if gains:
             self._count_by_the_file([one for one in contest.order if one.effect not in gains])
         return self._causes(before, surplus)
+
+    def _of_undecided_gain(self, contest: Contest, out: Sequence[Term]) -> Iterator[list[Term]]:
+        """Sets in which a gain acts that is not told from another constant, neither of them named:
+        efforts count by it, if it does."""
+        for term in out:
+            acts, _ = self._sure[term.key]
+            if self._void[term.key] or acts < _LIKELY or not self._alike[term.key]:
+                continue
+            if scales(term.effect):
+                yield list(contest.order)
+            for other, _ in contest.swaps[term.effect]:
+                if scales(other.effect) and other.effect in self._alike[term.key]:
+                    yield [other if one is term else one for one in contest.order]
+
+    def _told(self, term: Term) -> Sequence[Interval]:
+        """Its parameters and their intervals, as wide as a gain that is not decided makes them."""
+        told: Sequence[Interval] = self.values.told[term.key]
+        for values in self._by_other_gain:
+            more = values.told.get(term.key)
+            if more is not None:
+                told = [one.over(other) for one, other in zip(told, more, strict=True)]
+        return told
 
     def _count_by_the_file(self, terms: Sequence[Term]) -> None:
         """Take values from a fit that counts effort as the file does, within its tolerance.
