@@ -96,8 +96,9 @@ class Certainty:
             odds = _odds(more)
             if not simpler and near and odds >= _TOLD:
                 weight = odds * RARER ** max(self._rarity(other.effect) - rarity, 0)
+                # Of two constants of the sheet the one is as likely to be wrong as the other.
                 if {term.effect, other.effect} <= self.null.catalogue.stated:
-                    weights[other.effect] = weight  # two constants that one fit is off by, even
+                    weights[other.effect] = weight
                 weights.setdefault(other.effect, weight)
             else:
                 expected = known - log_odds(self._along, other.effect)
