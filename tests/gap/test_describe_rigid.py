@@ -14,6 +14,7 @@ from rigid_machines import LINEAR, ROTARY, Motion, motion, recorded
 
 import ecyl_ros as ec
 from ecyl_ros.drive.law import law_from_flat, law_to_flat
+from ecyl_ros.drive.rigid.machine_file import load_machine
 from ecyl_ros.gap.describe.description import Description
 from ecyl_ros.gap.describe.guess import Trial
 from ecyl_ros.gap.describe.measured_motion import Decimated, MeasuredMotion, answers
@@ -239,7 +240,12 @@ def test_the_twin_plays_the_law(tmp_path, output: str) -> None:
     )
     first, other = (MOTION, motion(0.08)) if linear else (WIDE, motion(5.0))
     run = recorded(first, mass * first.a + off(first.q), of, noise, step)
-    ec.diagnose(run, drive).write_drive(twin)
+    described = ec.diagnose(run, drive)
+    described.write_drive(twin)
+    told = {
+        one.parameter: one.value for one in described.sheet
+    }  # beside the law, as the twin has it
+    assert told[f"load.{key}"] == pytest.approx(load_machine(twin).inertia, rel=1e-6)
     assert ec.diagnose(run, twin).verdict in ("no_gap", "within_sheet")
     again = recorded(other, mass * other.a + off(other.q), of, noise, step)
     assert ec.diagnose(again, drive).verdict not in ("no_gap", "within_sheet")

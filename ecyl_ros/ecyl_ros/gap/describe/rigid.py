@@ -15,11 +15,11 @@ from numpy.typing import NDArray
 from ...arrays import FloatArray
 from ...drive.law import Law
 from ...drive.rigid.law import counted_in, scaled
-from ...drive.rigid.machine import Machine
+from ...drive.rigid.machine import KEYS, Machine
 from ...effects.catalogue import EFFECTS, RIGID
 from ...effects.term import Term
 from ..compete.strain import STRAINED
-from ..diagnosis import Diagnosis, Measured
+from ..diagnosis import Diagnosis, Measured, SheetValue
 from ..judge.verdict import shrink_of
 from ..rigid.closest import closest, per_effort
 from ..rigid.judge import Judgement
@@ -165,8 +165,21 @@ def _described(
         measured=_replaced(diagnosis.measured, (error, *played.measured)),
         closest=machine,
         judged=machine or diagnosis.judged,
+        sheet=diagnosis.sheet if machine is None else _beside(machine, diagnosis.sheet),
         misfit_after=after / floor,
     )
+
+
+def _beside(machine: Machine, sheet: Sequence[SheetValue]) -> tuple[SheetValue, ...]:
+    """The constants as they are beside the law, which takes a part of what they had."""
+    found = []
+    for one in sheet:
+        value = float(getattr(machine, KEYS[one.parameter].field))
+        moved = value - one.value
+        found.append(
+            dataclasses.replace(one, value=value, low=one.low + moved, high=one.high + moved)
+        )
+    return tuple(found)
 
 
 def _short_of(judgement: Judgement, choice: Choice, holds: Held) -> str:
