@@ -9,7 +9,8 @@ import pytest
 from rigid_machines import LINEAR, causes, motion, recorded
 
 from ecyl_ros.gap.diagnose import diagnose
-from ecyl_ros.gap.diagnosis import Diagnosis
+from ecyl_ros.gap.diagnosis import Diagnosis, SheetValue
+from ecyl_ros.gap.rigid.one_factor import off_by_one
 
 M = motion(0.05)
 KEYS = ("load.mass", "actuation.gain", "load.viscous_friction", "load.coulomb_friction")
@@ -52,3 +53,14 @@ def test_constants_off_by_other_factors_are_two_faults() -> None:
     mass = found["load_inertia_error"].parameters[0]
     assert mass.value == pytest.approx(27.0, rel=0.05)
     assert np.isfinite([mass.low, mass.high]).all()
+
+
+@pytest.mark.parametrize(("half", "one"), [(0.02, False), (0.2, True)])
+def test_constants_are_off_by_one_factor_as_far_as_the_recording_tells_them(half, one) -> None:
+    """A gain of 0.69 and a friction of 0.55 of the sheet, both known to 10 %: one factor where the
+    recording tells the friction to a fifth, not where it tells it to a fiftieth."""
+    gain, friction = (
+        SheetValue("", "", 1.0, 0.1, found, found * (1.0 - known), found * (1.0 + known), seen=True)
+        for found, known in ((0.69, 0.02), (0.55, half))
+    )
+    assert off_by_one(gain, friction) is one

@@ -28,15 +28,18 @@ def of_one_factor(judgement: Judgement) -> dict[str, SheetValue]:
     gain = next((name for name in found if scales(name)), None)
     if gain is None:
         return {}
-    alike = {name: one for name, one in found.items() if name != gain and _agree(one, found[gain])}
+    alike = {
+        name: one for name, one in found.items() if name != gain and off_by_one(one, found[gain])
+    }
     return {gain: found[gain], **alike} if alike else {}
 
 
-def _agree(one: SheetValue, other: SheetValue) -> bool:
-    """Whether two constants are off by one factor, as far as each is known."""
+def off_by_one(one: SheetValue, other: SheetValue) -> bool:
+    """Whether two constants are off by one factor, as far as sheet and recording know each."""
     apart = math.log(one.value / one.nominal) - math.log(other.value / other.nominal)
-    known = math.hypot(*(value.tolerance / abs(value.nominal) for value in (one, other)))
-    return abs(apart) <= known
+    by_sheet = (value.tolerance / abs(value.nominal) for value in (one, other))
+    seen = (0.5 * (value.high - value.low) / abs(value.value) for value in (one, other))
+    return abs(apart) <= math.hypot(*by_sheet, *seen)
 
 
 def said_of_one_factor(found: dict[str, SheetValue]) -> str:
