@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 
 import numpy as np
+import pytest
 from rigid_machines import RATE_HZ, ROTARY, along, causes, motion, recorded
 
 from ecyl_ros.gap.diagnose import diagnose
@@ -13,10 +14,13 @@ TORQUE_NM, NOISE_NM = 0.9, 0.003
 UNSTATED = dataclasses.replace(ROTARY, inertia=None)
 
 
-def test_a_torque_at_its_limit_while_the_output_swings_is_not_called_a_load() -> None:
-    """Constant whatever the acceleration is: no inertia, no friction, so no cause either."""
+@pytest.mark.parametrize("cogging_nm", [0.0, 0.02])
+def test_a_torque_at_its_limit_while_the_output_swings_is_not_called_a_load(cogging_nm) -> None:
+    """Constant whatever the acceleration is: no inertia, no friction, so no cause either; a wave
+    about it says nothing of its mean."""
     m = motion(0.8)
-    result = diagnose(recorded(m, np.full(m.t.size, TORQUE_NM), UNSTATED, NOISE_NM, 1e-5), UNSTATED)
+    effort = TORQUE_NM + cogging_nm * np.sin(24.0 * m.q)
+    result = diagnose(recorded(m, effort, UNSTATED, NOISE_NM, 1e-5), UNSTATED)
     assert result.verdict == "not_judgeable" and not result.causes
     assert "the torque shows nothing of the motion" in result.reason
 

@@ -225,9 +225,12 @@ class Judgement:
         return term.key == "constant" or (one_way and term.key == "coulomb")
 
     def _but_a_load(self) -> Iterator[tuple[Term, Interval]]:
-        """What is fitted or shown but a steady effort, and the interval of its first parameter."""
+        """What is fitted or shown but a steady effort, and the interval of its first parameter.
+
+        A wave has no mean, and says nothing of what the mean is.
+        """
         for one in self.values.fit.free:
-            if not self._steady(one):
+            if not (self._steady(one) or one.rate):
                 yield one, self.values.bent[one.key][0]
         more, beside = self.values.beside
         for one in more:
