@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from types import SimpleNamespace
+from typing import cast
 
 import numpy as np
 import pytest
@@ -17,6 +18,7 @@ from ecyl_ros.drive.rigid.units import Units
 from ecyl_ros.effects.along import Along
 from ecyl_ros.effects.catalogue import CATALOGUE, MODULES, RIGID
 from ecyl_ros.effects.rigid_ports import PORTS
+from ecyl_ros.effects.term import Fitted, Interval
 
 T = np.linspace(0.0, 4.0, 4001)
 MACHINE = Machine(kind="rigid", output="rotary", actuation="torque", gain=1.0, inertia=0.5)
@@ -112,3 +114,15 @@ def test_a_rigid_effect_is_not_offered_to_a_cylinder() -> None:
     """The weight of an arm is in no cylinder's catalogue; all others are in both or in that."""
     assert set(RIGID) - set(CATALOGUE) == {"gravity_on_arm"}
     assert "gravity_on_arm" not in load_drive("bench").effects
+
+
+@pytest.mark.parametrize(("low", "allowed"), [(0.4, True), (1.2, False)])
+def test_a_ripple_of_more_than_the_torque_is_none(low: float, allowed: bool) -> None:
+    """An interval from 0.4 on holds ripples that a motor may have; from 1.2 on it holds none."""
+    fitted = SimpleNamespace(
+        term=SimpleNamespace(low=()),
+        values=np.array([low + 0.1, 0.0]),
+        spans=[Interval("fraction", "1", low + 0.1, low, low + 0.2)],
+    )
+    why = RIGID["torque_ripple"].void(cast(Fitted, fitted))
+    assert (why == "") is allowed

@@ -10,7 +10,7 @@ from .along import Along
 from .effect import Effect, Evidence, Quantity, Start, phase
 from .rigid_form import RigidForm, Stem
 from .starts import over_rotor_turn
-from .term import Term
+from .term import Fitted, Term, plain
 from .waves import ORDER, nearest_order, once_per_turn, order_in, over_turn, parts, wave
 
 
@@ -66,6 +66,12 @@ def term(along: Along, order: float, effort: FloatArray) -> Term:
     return replace(share, columns=along.motion.quiet(effort) * share.columns)
 
 
+def _void(fitted: Fitted) -> str:
+    """With a ripple of more than itself a torque turns round within every wave: no motor's does."""
+    most = fitted.spans[0].low <= 1.0
+    return plain(fitted) or ("" if most else "it would be more ripple than torque")
+
+
 RIGID = RigidForm(
     stems=(Stem("fraction", "share", 0.0, 1.0, "peak share of effort"), *ORDER),
     term=term,
@@ -76,6 +82,7 @@ RIGID = RigidForm(
     several=True,
     like=lambda along, left, other: (*nearest_order(left, other), left.explained),
     twins=("cogging_torque", "periodic_disturbance"),
+    void=_void,
 )
 
 
