@@ -5,12 +5,9 @@ from __future__ import annotations
 import dataclasses
 
 import pytest
+from short_motions import DRIVE, recorded
 from small_field import without_all_but
 
-from ecyl_ros.drive.drive_file import load_drive
-from ecyl_ros.drive.engine import simulate
-from ecyl_ros.drive.reference.sine import Sine
-from ecyl_ros.drive.telemetry import simulation_recording
 from ecyl_ros.gap.diagnose import diagnose
 from ecyl_ros.gap.report.terminal import summary
 
@@ -22,12 +19,9 @@ def test_a_backlash_two_tolerances_off_is_named(factor: float, named: bool) -> N
     """Of 30 %, as a drive file that states none has it: 65 % more are 2.2 of them, as data sheets
     count, and half as much is as far off as twice as much; 50 % more, 1.7, a sound machine may
     have."""
-    drive = dataclasses.replace(load_drive("bench"), tolerances={})
+    drive = dataclasses.replace(DRIVE, tolerances={})
     wide = {"backlash_error": {"backlash_rad": factor * drive.transmission.backlash}}
-    machine = dataclasses.replace(drive, effects=wide)
-    motion = Sine(amplitude=3e-3, frequency=1.0)
-    run = simulate(machine, lambda index: motion.sample(index / machine.sample_rate), 3.0)
-    found = diagnose(simulation_recording(run, machine), drive, without=FEW)
+    found = diagnose(recorded(0, wide), drive, without=FEW)
     assert [one.effect for one in found.causes] == (["backlash_error"] if named else [])
     assert found.verdict == ("explained" if named else "within_sheet")
     if not named:

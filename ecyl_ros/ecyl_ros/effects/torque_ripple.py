@@ -68,8 +68,8 @@ def term(along: Along, order: float, effort: FloatArray) -> Term:
 
 def _void(fitted: Fitted) -> str:
     """With a ripple of more than itself a torque turns round within every wave: no motor's does."""
-    most = fitted.spans[0].low <= 1.0
-    return plain(fitted) or ("" if most else "it would be more ripple than torque")
+    beyond = fitted.spans[0].low > EFFECT.parameters[0].high
+    return plain(fitted) or ("it would be more ripple than torque" if beyond else "")
 
 
 RIGID = RigidForm(

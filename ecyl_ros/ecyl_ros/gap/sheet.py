@@ -167,11 +167,8 @@ def stated(pulls: FloatArray, relative: FloatArray) -> FloatArray:
     Upwards it is. Downwards a half is as far off as a double, not half as far. relative:
     float64[k], tolerances as shares of the nominal values.
     """
-    up = (pulls > 0.0) & (relative > 0.0)
-    off = np.expm1(
-        np.minimum(relative * pulls, math.log(_FAR)), where=up, out=np.zeros(pulls.shape)
-    )
-    made: FloatArray = np.where(up, off / np.where(up, relative, 1.0), pulls)
+    up = np.clip(relative * pulls, 0.0, math.log(_FAR))
+    made: FloatArray = np.divide(np.expm1(up), relative, out=pulls.copy(), where=up > 0.0)
     return made
 
 

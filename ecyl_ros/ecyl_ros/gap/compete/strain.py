@@ -8,6 +8,7 @@ follows from the curvature of the objective (its Laplace approximation), without
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -24,6 +25,7 @@ from ..sheet import PULL_PRICE, stated
 # The square of a normal variable that is two tolerances, four standard deviations, off. A sheet has
 # a dozen constants: one healthy machine in a thousand has one so far off by chance.
 STRAINED = 16.0
+SOUND = math.sqrt(STRAINED / PULL_PRICE)  # the same in tolerances
 UNSEEN = 1e-3  # share below which a constant is where the sheet has it
 
 
@@ -73,9 +75,19 @@ def strains(fit: Fit, fitter: Fitter) -> list[Strain]:
         pulls = fit.pulls.copy()
         pulls[list(fit.pulled)] += moved[first:]
         free = pull / seen
-        counted = PULL_PRICE * seen * float(stated(np.array(free), relative[row])) ** 2
+        counted = float(price_beyond(np.array(free), np.array(seen), relative[row]))
         found.append(Strain(row, PULL_PRICE * pull * free, counted, free, values, pulls))
     return sorted(found, key=lambda one: -one.saved)
+
+
+def price_beyond(free: FloatArray, seen: FloatArray, relative: FloatArray) -> FloatArray:
+    """What it saves to let constants go to the pulls `free`, counted as data sheets do.
+
+    seen: what the recording says of each, as a share of what it and the sheet say. relative: their
+    tolerances, see `sheet.stated`. float64[..., k].
+    """
+    made: FloatArray = PULL_PRICE * seen * stated(free, relative) ** 2
+    return made
 
 
 def most_strained(fit: Fit, fitter: Fitter) -> Strain | None:

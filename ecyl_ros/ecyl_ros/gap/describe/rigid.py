@@ -18,7 +18,7 @@ from ...drive.rigid.law import counted_in, scaled
 from ...drive.rigid.machine import KEYS, Machine
 from ...effects.catalogue import EFFECTS, RIGID
 from ...effects.term import Term
-from ..compete.strain import STRAINED
+from ..compete.strain import SOUND
 from ..diagnosis import Diagnosis, Measured, SheetValue
 from ..judge.verdict import shrink_of
 from ..rigid.closest import closest, per_effort
@@ -28,7 +28,6 @@ from ..rigid.replay import Replay, replay_with
 from ..rigid.runaway import ran_away, without_runaways
 from ..rigid.sets import Sets
 from ..rigid.solution import Solution
-from ..sheet import PULL_PRICE
 from . import words
 from .balance import Balance
 from .choose import Choice, choose
@@ -208,7 +207,7 @@ def _strained(choice: Choice, judgement: Judgement) -> bool:
     stated = [False for one in judgement.null.unknown for _ in one.columns]
     stated += [_states(one.term) for one in judgement.null.uncertain for _ in one.term.columns]
     pulls = choice.best.found.pulls[np.array(stated, dtype=bool)]
-    return bool(np.any(PULL_PRICE * pulls**2 > STRAINED))
+    return bool(np.any(np.abs(pulls) > SOUND))
 
 
 def _states(term: Term) -> bool:

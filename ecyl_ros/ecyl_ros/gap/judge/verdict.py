@@ -247,8 +247,9 @@ def settings(names: Iterable[str]) -> list[str]:
     """
     every = {name: CATALOGUE[name] for name in names}
     tuned = [name for name, one in every.items() if one.block == "controller" and one.sized != ()]
-    late = [name for name, one in every.items() if one.block == "timing"] if tuned else []
-    return [name for name in every if name in tuned or name in late]
+    if not tuned:
+        return []
+    return [name for name, one in every.items() if name in tuned or one.block == "timing"]
 
 
 def confidence(place: Standing, rivals_as_good: int) -> float:

@@ -18,10 +18,10 @@ import numpy as np
 from ...arrays import BoolArray, FloatArray
 from ...effects.catalogue import CATALOGUE
 from ..compete.earn import AT_FLOOR, LEAST, WORTH
-from ..compete.strain import STRAINED, UNSEEN, effect_of
+from ..compete.strain import STRAINED, UNSEEN, effect_of, price_beyond
 from ..inverse import inverse_of
 from ..replay.hidden import NO_GAP_RATIO
-from ..sheet import stated
+from ..sheet import PULL_PRICE
 from .columns import Base
 from .loss import weights
 
@@ -30,7 +30,6 @@ CHANCE = 0.95
 _ROUNDS = 4  # of the fit of a drawn machine's sheet
 _BISECTIONS = 11
 _REACH = 3.0  # decades that a size is looked for in, both ways
-PRICE = 4.0  # of the square of a pull, see `sheet`
 _SEED = 14
 
 
@@ -181,15 +180,17 @@ class Visible:
         for _ in range(_ROUNDS if len(values) else 0):
             # What is left of a pull after the fit: its price against what it does to the signals.
             scale = (machines.evidence / cost)[:, None]
-            left = (PRICE * drawn - scale * pushed) / (scale * values + PRICE)
+            left = (PULL_PRICE * drawn - scale * pushed) / (scale * values + PULL_PRICE)
             moved = alone + np.sum(left * (2.0 * pushed + values * left), axis=1)
             cost = machines.level + np.maximum(moved, 0.0)
         off = left @ axes.T
         pulls = self._pulls - off
-        dearer = np.exp(np.minimum(PRICE * np.sum(pulls**2, axis=1) / machines.evidence, 100.0))
+        dearer = np.exp(
+            np.minimum(PULL_PRICE * np.sum(pulls**2, axis=1) / machines.evidence, 100.0)
+        )
         scale = (machines.evidence / cost)[:, None]
-        seen = 1.0 - PRICE / (scale * values + PRICE) @ (axes**2).T
-        saved = PRICE * seen * stated(pulls / np.maximum(seen, UNSEEN), self._relative) ** 2
+        seen = 1.0 - PULL_PRICE / (scale * values + PULL_PRICE) @ (axes**2).T
+        saved = price_beyond(pulls / np.maximum(seen, UNSEEN), seen, self._relative)
         strained = np.any((saved > STRAINED) & (seen > UNSEEN) & self._tested, axis=1)
         point = np.concatenate([off, shares], axis=1)
         judged = np.sum(point @ self._held.gram * point, axis=1)

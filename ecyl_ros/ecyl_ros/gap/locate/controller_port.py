@@ -22,12 +22,12 @@ from ...arrays import FloatArray
 from ...drive.cascade import cascade_step, initial_cascade_state
 from ...drive.compiled import allocating
 from ...typical import typical_rms
-from ..compete.strain import STRAINED
+from ..compete.strain import SOUND
 from ..diagnosis import PortCheck
 from ..fit.robust import robust_weights
 from ..replay.evidence import Smoother
 from ..replay.replay import Effects, Replay
-from ..sheet import PULL_PRICE, Sheet
+from ..sheet import Sheet
 
 # Above the motion of a drive, below its loops: a shorter one takes up what a wrong setting leaves,
 # a longer one lets noise that is integrated twice grow over it.
@@ -156,8 +156,7 @@ class _Equation:
             rest = left + found * slope
             weight = robust_weights(rest / max(typical_rms(rest), 1e-12))
             found = -float(weight @ (slope * left)) / max(float(weight @ slope**2), 1e-300)
-        most = math.sqrt(STRAINED / PULL_PRICE)
-        feeding = self._feeding(min(max(found, -most), most))
+        feeding = self._feeding(min(max(found, -SOUND), SOUND))
         return self._left(fed, feeding.packed(effects))
 
     def _feeding(self, pull: float) -> Replay:

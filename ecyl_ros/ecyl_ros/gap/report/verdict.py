@@ -6,11 +6,10 @@ import math
 from dataclasses import replace
 
 from ...effects.catalogue import RIGID
-from ..compete.strain import STRAINED
+from ..compete.strain import SOUND
 from ..diagnosis import Cause, ConditionShare, Diagnosis, FittedParameter, SheetValue, SignalGap
 from ..judge.verdict import EXPLAINED_SHRINK, NO_GAP_RATIO, STRUCTURELESS, shrink_of
 from ..listed import listed
-from ..sheet import PULL_PRICE
 from . import law as law_words
 from . import quantities as q
 from . import together, words
@@ -21,7 +20,6 @@ _BUT_FOR = 2.0  # ... but for a signal that is left further above its own
 _TELLING = 1.5  # a condition is worth a word if it holds so many times its share of the time
 _MUCH = 0.3  # ... and this share of the gap
 _BY_SHEET = 0.1  # share of the gap that the sheet's constants remove, from which it is told
-_SOUND = math.sqrt(STRAINED / PULL_PRICE)  # tolerances that a sound machine's constant may be off
 _MORE = 1.1  # times what all that was found leaves: then it is told what that removes
 
 
@@ -150,7 +148,7 @@ def _furthest(diagnosis: Diagnosis) -> SheetValue | None:
 def _off_sheet(diagnosis: Diagnosis) -> str:
     """The constant that is at fault, or stands for what is; empty where all may be sound."""
     most = _furthest(diagnosis)
-    if most is None or abs(most.pull) <= _SOUND:
+    if most is None or abs(most.pull) <= SOUND:
         return ""
     return (
         f" The {words.constant(most.parameter)} fits best {abs(most.pull):.1f} tolerances "

@@ -102,7 +102,6 @@ class Balance:
         self.stretch: NDArray[np.int64] = np.floor((self.time_s - begin) / self.stretch_s).astype(
             np.int64
         )
-        self._numbers = self.stretch - self.stretch.min(initial=0)  # from 0 on
         self.held: BoolArray = self.stretch % HELD_OUT_EVERY == 1
         self.fold: NDArray[np.int64] = self.stretch // HELD_OUT_EVERY % self.FOLDS
         self._cache: dict[str, tuple[Term, FloatArray]] = {}
@@ -253,8 +252,8 @@ class Balance:
         return self.by_stretch(loss, rows)
 
     def by_stretch(self, values: FloatArray, rows: BoolArray) -> FloatArray:
-        """Means over the stretches that have at least some of `rows`."""
-        numbers = self._numbers[rows]
+        """Means over the stretches that have at least some of `rows`, usable ones: from 0 on."""
+        numbers = self.stretch[rows]
         count = np.bincount(numbers)
         seen = count > 0
         means = np.bincount(numbers, weights=values[rows])[seen] / count[seen]

@@ -390,27 +390,25 @@ class Judgement:
         self.contest = dataclasses.replace(
             contest, winner=path[-1] if path else contest.base, order=tuple(kept), path=tuple(path)
         )
-        self._by_other_gain = [
-            self._valued(self.null.fit(terms, self.balance.usable))
-            for terms in self._of_undecided_gain(contest, out)
-        ]
+        self._by_other_gain = list(self._of_undecided_gain(contest, out))
         gains = {one.effect for one in out if scales(one.effect)}
         if gains:
             self._count_by_the_file([one for one in contest.order if one.effect not in gains])
         return self._causes(before, surplus)
 
-    def _of_undecided_gain(self, contest: Contest, out: Sequence[Term]) -> Iterator[list[Term]]:
-        """Sets in which a gain acts that is not told from another constant, neither of them named:
-        efforts count by it, if it does."""
+    def _of_undecided_gain(self, contest: Contest, out: Sequence[Term]) -> Iterator[Values]:
+        """Values of sets in which a gain acts that is not told from another constant, neither of
+        them named: efforts count by it, if it does."""
         for term in out:
             acts, _ = self._sure[term.key]
             if self._void[term.key] or acts < _LIKELY or not self._alike[term.key]:
                 continue
             if scales(term.effect):
-                yield list(contest.order)
+                yield self.values
             for other, _ in contest.swaps[term.effect]:
                 if scales(other.effect) and other.effect in self._alike[term.key]:
-                    yield [other if one is term else one for one in contest.order]
+                    instead = [other if one is term else one for one in contest.order]
+                    yield self._valued(self.null.fit(instead, self.balance.usable))
 
     def _told(self, term: Term) -> Sequence[Interval]:
         """Its parameters and their intervals, as wide as a gain that is not decided makes them."""

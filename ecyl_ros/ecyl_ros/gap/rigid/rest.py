@@ -34,10 +34,11 @@ def at_rest(motion: Motion) -> BoolArray:
     for part in motion.parts:  # what is slow beside another recording is motion all the same
         own = usable[part]
         if own.any():
-            top = float(np.quantile(speed[part][own], 0.99))
+            driven = speed[part][own]
+            top = float(np.quantile(driven, 0.99))
             travel = float(np.ptp(motion.position[part][own]))
             there[part] = _PLACE * travel + 2.0 * _NOISE * motion.position_noise
-            noisy = min(_NOISE * motion.speed_noise, _SLOWEST * _fast(speed[part][own]))
+            noisy = min(_NOISE * motion.speed_noise, _SLOWEST * _fast(driven))
             slowest[part] = max(_SLOW * top, noisy)
     still = (speed < slowest) & (around <= there)
     # As far as the windows reach that hold no motion; a mere reversal is shorter.

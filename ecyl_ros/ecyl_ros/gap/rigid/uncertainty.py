@@ -114,7 +114,7 @@ def _modelled(
     observation of it, whatever the number of samples. A tolerance bounds what noise and that effort
     do together. What a fit leaves bounds the effort: little of it can have been taken whole.
     """
-    most = _MOST_TAKEN * float(np.sqrt(np.mean(solution.residual[rows] ** 2)))
+    most = _MOST_TAKEN * solution.rms(rows)
     size = np.array(
         [
             math.hypot(min(unmodelled(balance, wave=one.rate != 0.0), most), left)
