@@ -206,6 +206,30 @@ def test_a_wrong_inertia_leaves_the_sheet() -> None:
         assert fault.truth.inertia / drawn.truth.inertia >= 1.25
 
 
+def test_faults_of_a_silent_sheet_are_clear_of_the_documented_tolerances() -> None:
+    """A file that states no tolerances is handed out so; friction of a fault is 2.5 of 50 % of the
+    sheet's or more, a mass 25 %, a load 25 % of the load that is stated."""
+    stated = {
+        "load_coulomb_friction": ("coulomb", 1.25),
+        "load_viscous_friction": ("viscous", 1.25),
+        "constant_load": ("constant", 0.25),
+        "load_inertia_error": ("inertia", 0.25),
+    }
+    bound = set()
+    for seed in range(30):
+        for effect, (field, least) in stated.items():
+            drawn = draw_drive(seed, True, (effect,), 0.02, silent=True)
+            assert drawn.tolerances == {} and drawn.machine.tolerances == {}
+            fault = faults(True)[effect](drawn.truth, drawn.size, np.random.default_rng(seed))
+            more = np.abs(np.subtract(getattr(fault.truth, field), getattr(drawn.truth, field)))
+            share = np.max(more) / (least * max(abs(getattr(drawn.machine, field)), 1e-12))
+            assert share >= 0.9  # of an inertia, counted from the machine's own
+            bound |= {effect} if share < 1.0 + 1e-9 else set()
+    assert {"load_viscous_friction"} <= bound
+    (case,) = draw_cases(RigidDrives(0.02, silent=True), 1, 5, Choice(kinds=("none",)))
+    assert case.tolerances == {} == RigidDrives(0.02, silent=True).given(case).drive.tolerances
+
+
 def test_a_constant_that_a_fault_comes_on_top_of_has_both_as_its_truth() -> None:
     """Friction on the file's friction is their sum; by direction, or drifting, it is none."""
     drawn = draw_drive(3, True, (), 0.05)

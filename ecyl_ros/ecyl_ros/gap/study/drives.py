@@ -115,7 +115,7 @@ class _Cylinders:
         """See `Drives`."""
         setup = self.setup(case.seed)
         first, *others = record_cases(case, setup)
-        return Given(first, stated(setup.drive, case.sheet), tuple(others))
+        return Given(first, stated(setup, case.sheet), tuple(others))
 
 
 @dataclass(frozen=True)
@@ -123,32 +123,35 @@ class BenchDrives(_Cylinders):
     """Machines of one drive file, at its constants or off them by `sheet`, relative.
 
     several: how many recordings of each there are, and how long each is, s; None: one.
+    silent: whether drive files state no tolerances, so that the documented ones hold.
     """
 
     drive: DriveParameters
     sheet: float = 0.0
     several: tuple[int, float] | None = None
+    silent: bool = False
     name: str = field(default="bench", init=False)
 
     def setup(self, seed: int) -> Setup:
         """The study's own drive, whatever the seed."""
-        return Setup(self.drive, several=self.several)
+        return Setup(self.drive, several=self.several, silent=self.silent)
 
 
 @dataclass(frozen=True)
 class RandomDrives(_Cylinders):
     """A drive of its own in each case, its machine off the sheet by `sheet`, relative.
 
-    several: as `BenchDrives` has it.
+    several, silent: as `BenchDrives` has them.
     """
 
     sheet: float = 0.0
     several: tuple[int, float] | None = None
+    silent: bool = False
     name: str = field(default="random", init=False)
 
     def setup(self, seed: int) -> Setup:
         """The drive of a seed."""
-        return replace(draw_setup(seed), several=self.several)
+        return replace(draw_setup(seed), several=self.several, silent=self.silent)
 
 
 @dataclass(frozen=True)
@@ -156,10 +159,12 @@ class RigidDrives:
     """Rigid drives of all kinds; `sheet`: standard deviation off their files, None as they come.
 
     several: how many recordings of each there are, and how long each is, s; None: one of 30 s.
+    silent: as `BenchDrives` has it.
     """
 
     sheet: float | None = None
     several: tuple[int, float] | None = None
+    silent: bool = False
     name: str = field(default="rigid", init=False)
     kinds: ClassVar[tuple[str, ...]] = rigid.KINDS
     effects: ClassVar[tuple[str, ...]] = tuple(FAULTS)
@@ -176,6 +181,7 @@ class RigidDrives:
             without=choice.without,
             sheet=self.sheet,
             several=self.several,
+            silent=self.silent,
         )
 
     def complete(self, case: Case) -> Case:

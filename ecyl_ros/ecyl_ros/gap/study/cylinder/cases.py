@@ -37,9 +37,10 @@ ABSURD = 3.0  # peak speed, current or voltage over the healthy machine's, at mo
 MOTIONS = 20  # or drives, tried before an effect is called impossible to show
 
 
-def stated(drive: DriveParameters, sheet: float) -> DriveParameters:
+def stated(drive: DriveParameters | Setup, sheet: float) -> DriveParameters:
     """The drive as its file is handed out, with tolerances for constants off by `sheet`."""
-    return replace(drive, tolerances=stated_tolerances(sheet))
+    setup = Setup.of(drive)
+    return replace(setup.drive, tolerances=stated_tolerances(sheet, silent=setup.silent))
 
 
 def _absurd(run: Run, stage: Stage) -> bool:
@@ -63,7 +64,7 @@ def draw_effects(
         return {}, {}
     floor = setup.floor
     rng = np.random.default_rng([seed, 1])
-    nominal = stated(setup.drive, sheet)
+    nominal = stated(setup, sheet)
     stages = [stage, *stage.others(seed, setup)]
 
     def run(one: Stage, effects: dict[str, Values]) -> Run:
@@ -212,7 +213,7 @@ def complete_case(case: Case, setup_of: DriveParameters | Setup | Callable[[int]
             gaps=gaps,
             facts=facts,
             constants=true_constants(stage.with_effects(effects, seed), setup.drive),
-            tolerances=stated_tolerances(case.sheet),
+            tolerances=stated_tolerances(case.sheet, silent=setup.silent),
             nominal={
                 name: {key: held[name, key] for key in values if (name, key) in held}
                 for name, values in effects.items()

@@ -44,6 +44,7 @@ class Setup:
         drawn: whether the drive is the case's own.
         several: how many recordings there are of each machine, and how long each is, s; None: one
             of the usual length.
+        silent: whether the drive's file states no tolerances.
         full_draws, shrinks: of nuisances: draws at full size, and the factor of size from each
             later draw to the next.
     """
@@ -53,6 +54,7 @@ class Setup:
     missing: frozenset[str] = frozenset()
     drawn: bool = False
     several: tuple[int, float] | None = None
+    silent: bool = False
     full_draws: int = 10
     shrinks: float = 0.8
 

@@ -28,6 +28,7 @@ SHARES = {"single": 0.5, "none": 0.2, "withheld": 0.1, "pair": 0.2, STRUCTURE: 0
 KINDS, USUAL = tuple(SHARES), ("single", "none", "withheld", "pair")
 SHEET_SD, SHEET_SHARE = 0.05, 0.6  # of the drives are off their sheet by so much, unless told
 RECORDINGS, SECONDS = "recordings", "seconds_each"  # facts of a case of several recordings
+SILENT = "silent"  # fact of a case whose drive file states no tolerances
 # Over all other noise, from which what another axis pulls raises it by what counts as a gap.
 _PULLS = math.sqrt(NO_GAP_RATIO**2 - 1.0)
 _TRIED = 40  # faults, for one that goes beside another
@@ -56,6 +57,7 @@ def plan_cases(
     without: tuple[str, ...] = (),
     sheet: float | None = None,
     several: tuple[int, float] | None = None,
+    silent: bool = False,
 ) -> list[Case]:
     """Cases without parameters: kinds in their shares, each fault equally often by output.
 
@@ -65,6 +67,7 @@ def plan_cases(
         without: names that no diagnosis of the study is given; only withheld cases hold them.
         sheet: relative standard deviation of constants off the sheet; None: drawn by case.
         several: how many recordings of each drive, and how long each is, s; None: one, as usual.
+        silent: whether drive files state no tolerances.
     """
     rng = np.random.default_rng([seed, count])
     usable = [kind for kind in KINDS if kind in kinds]
@@ -81,6 +84,7 @@ def plan_cases(
         usable = [kind for kind in usable if kind != "pair"]
     shares = np.array([SHARES[kind] for kind in usable])
     facts = {} if several is None else {RECORDINGS: several[0], SECONDS: several[1]}
+    facts |= {SILENT: True} if silent else {}
     cases = []
     for index in range(count):
         linear = bool(rng.random() < 0.5)
@@ -141,7 +145,8 @@ def play(case: Case) -> tuple[Played, ...]:
     effects = [one for one in case.effects if one not in STRANGE]
     count, seconds = int(case.facts.get(RECORDINGS, 1)), case.facts.get(SECONDS)
     linear = bool(case.facts["linear"])
-    drawn = draw_drive(case.seed, linear, effects, case.sheet)
+    silent = bool(case.facts.get(SILENT, False))
+    drawn = draw_drive(case.seed, linear, effects, case.sheet, silent=silent)
     truth, alone = drawn.truth, {}
     for effect in effects:
         fault, seed = faults(linear)[effect], [case.seed, zlib.crc32(effect.encode())]

@@ -53,11 +53,14 @@ class Drawn:
         return known[0] if known else None
 
 
-def draw_drive(seed: int, linear: bool, effects: Collection[str], sheet: float) -> Drawn:
+def draw_drive(
+    seed: int, linear: bool, effects: Collection[str], sheet: float, *, silent: bool = False
+) -> Drawn:
     """The healthy drive of a seed.
 
     effects: that it is to show: it is moved and recorded so that they may be seen at all.
-    sheet: relative standard deviation of its constants off the file's.
+    sheet: relative standard deviation of its constants off the file's. silent: the file states no
+    tolerances, so that the documented ones hold.
     """
     rng = np.random.default_rng([seed, 6])
 
@@ -159,11 +162,15 @@ def draw_drive(seed: int, linear: bool, effects: Collection[str], sheet: float) 
     if actuation in ("current", "voltage"):
         constants["actuation.gain"] = true_gain
     gone = {"gain": "actuation.gain", "inertia": mass}.get(left_out or "")
-    stated = {key: 2.0 * sheet for key in constants if key != gone}
+    tolerances: dict[str, float | str] = {}
+    if not silent:
+        stated = {key: 2.0 * sheet for key in constants if key != gone}
+        tolerances = dict(stated) if sheet else {"all": "exact"}
+    within_sheet = replace(machine, tolerances=tolerances).half_widths()
     return Drawn(
         truth=truth,
         machine=machine,
-        tolerances=dict(stated) if sheet else {"all": "exact"},
+        tolerances=tolerances,
         constants={key: value for key, value in constants.items() if key != gone},
         size=Size(
             level=level,
@@ -172,7 +179,10 @@ def draw_drive(seed: int, linear: bool, effects: Collection[str], sheet: float) 
             speed=speed,
             rubs=truth.coulomb[0] - coulomb,
             drags=constants["load.viscous_friction"] - viscous - drag,
-            tolerance=2.0 * sheet,
+            rubs_within=within_sheet["load.coulomb_friction"],
+            drags_within=within_sheet["load.viscous_friction"],
+            loads_within=within_sheet.get("load.constant_load", 0.0),
+            inertia_within=within_sheet.get(mass, 0.0) / inertia,
             unit=unit,
             ratio=ratio,
             linear=linear,

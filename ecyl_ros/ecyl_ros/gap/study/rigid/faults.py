@@ -22,8 +22,9 @@ class Size:
     speed `speed`.
 
     rubs, drags: by which the machine's Coulomb and viscous friction are off the file before the
-    fault: what comes on top is counted from the file. tolerance: relative, of the sheet. unit:
-    of the label's values: n, nm, a or v. ratio: output effort per that unit.
+    fault: what comes on top is counted from the file. rubs_within, drags_within, loads_within:
+    tolerances of Coulomb and viscous friction and constant load; inertia_within: the inertia's,
+    relative. unit: of the label's values: n, nm, a or v. ratio: output effort per that unit.
     """
 
     level: float
@@ -32,7 +33,10 @@ class Size:
     speed: float
     rubs: float
     drags: float
-    tolerance: float
+    rubs_within: float
+    drags_within: float
+    loads_within: float
+    inertia_within: float
     unit: str
     ratio: float
     linear: bool
@@ -90,20 +94,20 @@ def _more(truth: Truth, level: float) -> Truth:
 
 
 def _coulomb(truth: Truth, size: Size, rng: np.random.Generator) -> Faulty:
-    level = max(size.level, LEAVES * size.tolerance * truth.coulomb[0])
+    level = max(size.level, LEAVES * size.rubs_within)
     return Faulty(_more(truth, level), size.effort("coulomb", level + size.rubs))
 
 
 def _viscous(truth: Truth, size: Size, rng: np.random.Generator) -> Faulty:
-    slope = max(1.5 * size.level / size.speed, LEAVES * size.tolerance * truth.viscous[0])
+    slope = max(1.5 * size.level / size.speed, LEAVES * size.drags_within)
     made = truth._replace(viscous=(truth.viscous[0] + slope, truth.viscous[1] + slope))
     return Faulty(made, size.slope("viscous", slope + size.drags))
 
 
 def _inertia(truth: Truth, size: Size, rng: np.random.Generator) -> Faulty:
     more = float(rng.uniform(0.15, 0.6))
-    if more < LEAVES * size.tolerance:
-        more = size.tolerance * float(rng.uniform(LEAVES, FARTHEST))
+    if more < LEAVES * size.inertia_within:
+        more = size.inertia_within * float(rng.uniform(LEAVES, FARTHEST))
     value = truth.inertia * (1.0 + more)
     if size.unit == "n":
         named = {"mass_kg": value}
@@ -150,7 +154,7 @@ def _drift(truth: Truth, size: Size, rng: np.random.Generator) -> Faulty:
 
 
 def _constant(truth: Truth, size: Size, rng: np.random.Generator) -> Faulty:
-    force = _side(rng) * size.level
+    force = _side(rng) * max(size.level, LEAVES * size.loads_within)
     made = truth._replace(constant=truth.constant + force)
     return Faulty(made, size.effort("force" if size.linear else "torque", force))
 
