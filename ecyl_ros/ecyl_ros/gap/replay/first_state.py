@@ -5,10 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 
+import numpy as np
+
 from ...arrays import FloatArray
 from ...drive.parameters import DriveParameters
 from ...drive.plant import initial_state
 from .loop_state import loop_integrals
+
+_STILL = 0.1  # noise floors of the rod's position: a reference that moves by no more rests
 
 
 def first_state(
@@ -16,11 +20,12 @@ def first_state(
     wanted: tuple[float, float],
     first: Mapping[str, float],
     floors: Mapping[str, float],
+    rests: int = 1,
 ) -> tuple[FloatArray, FloatArray | None]:
     """State of the plant, and the integrals of the loops; None for these where it rests.
 
     wanted: rod position m and velocity m/s asked for. first, floors: first sample and noise floor
-    of each recorded signal, SI.
+    of each recorded signal, SI. rests: samples that the first rod position is the mean of.
     """
     ratio = drive.transmission.rod_per_rotor
     plant = initial_state()
@@ -47,7 +52,9 @@ def first_state(
         twist = angle - rod
         half = 0.5 * drive.transmission.backlash
         noise = floors["rod_position"] / ratio
-        if abs(twist) > 4.0 * noise and abs(twist) < half + 20.0 * noise:
+        step = drive.sensors.rod_position_resolution / math.sqrt(12.0) / ratio
+        unsure = max(noise / math.sqrt(rests), min(step, noise))  # a step is not averaged away
+        if 4.0 * unsure < abs(twist) < half + 20.0 * noise:
             plant[2] = angle - math.copysign(min(abs(twist), half), twist)
     if angle == asked and speed == 0.0 and current == 0.0:
         return plant, None
@@ -56,6 +63,25 @@ def first_state(
     return plant, loop_integrals(
         angle, rod, speed, asked, wanted[1] / ratio, current, voltage, drive
     )
+
+
+def resting(
+    reference_m: FloatArray, recorded: Mapping[str, FloatArray], floors: Mapping[str, float]
+) -> int:
+    """How many samples the recording begins with throughout which nothing moves, 1 or more.
+
+    reference_m: float64[n], asked for. recorded: {signal: float64[n]}, SI.
+    """
+    moves = ~(np.abs(reference_m - reference_m[0]) <= _STILL * floors.get("rod_position", 0.0))
+    for name, values in recorded.items():
+        if name == "rod_position":
+            moves |= ~np.isfinite(values)
+        elif name == "rotor_position":
+            moves |= ~(np.abs(values - values[0]) <= 10.0 * floors[name])
+        elif name == "rotor_velocity":
+            moves |= ~(np.abs(values) <= 6.0 * floors[name])
+    moves[0] = False
+    return int(np.argmax(moves)) if moves.any() else len(moves)
 
 
 def _answered(

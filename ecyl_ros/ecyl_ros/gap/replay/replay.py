@@ -26,7 +26,7 @@ from ...effects.catalogue import CATALOGUE
 from ...recording.signals import Recording
 from ..split import held_out_of
 from .d_axis import follows, has_d_loop
-from .first_state import first_state
+from .first_state import first_state, resting
 from .grid import Grid
 from .held import held_ticks, run_holding
 from .injected import injected
@@ -187,8 +187,12 @@ class Replay:
         names = [one.name for one in self.signals]
         first = dict(zip(names, self.recorded[:, 0].tolist(), strict=True))
         floors = dict(zip(names, self.floor.tolist(), strict=True))
+        recorded = dict(zip(names, self.recorded, strict=True))
+        rests = resting(self.reference_m, recorded, floors)
+        if math.isfinite(first.get("rod_position", math.nan)):
+            first["rod_position"] = float(np.mean(recorded["rod_position"][:rests]))
         wanted = float(self._reference[0, 0]), float(self._reference[0, 1])
-        self._plant, integrals = first_state(self.drive, wanted, first, floors)
+        self._plant, integrals = first_state(self.nominal, wanted, first, floors, rests)
         self._integrals = np.zeros(3) if integrals is None else integrals
         if integrals is not None:
             self.usable &= self.time_s > _SETTLING_S
