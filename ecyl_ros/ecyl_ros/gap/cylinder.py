@@ -198,7 +198,6 @@ def assembled(found: Judged, source: str, drive_name: str) -> tuple[Diagnosis, F
     fitter, competition, no_gap = found.fitter, found.competition, found.no_gap
     replay = fitter.replay
     nominal, winner, alone = competition.nominal, competition.winner, competition.sheet
-    within_sheet = not no_gap and alone is not nominal and at_noise(fitter, alone)
     held: BoolArray = fitter.held
 
     def in_all(fit: Fit) -> float:
@@ -220,6 +219,7 @@ def assembled(found: Judged, source: str, drive_name: str) -> tuple[Diagnosis, F
     helps = helped(against, in_all(winner), white, place, gone(fitter, winner))
     reason = undecided(causes) if helps and not named else ""
     named = named and helps
+    within_sheet = not (no_gap or named) and alone is not nominal and at_noise(fitter, alone)
     if not named:
         notes += [] if reason else _too_unlike(causes, winner)
         noise, floor = np.ones(len(replay.signals)), white

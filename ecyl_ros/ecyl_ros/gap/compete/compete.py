@@ -1,7 +1,8 @@
 """Which effects close the gap: all of them compete, alone and in sets, judged on what no fit saw.
 
 0. The sheet alone: the constants, each at the price of leaving its tolerance. What follows has them
-   free at the same price, and has to beat this.
+   free at the same price, and has to beat this. Where it comes to the noise, none but a constant
+   far off it competes.
 1. Every effect is started from what the recording shows (regressions, lines, multiples of the
    nominal value) and replayed once per start.
 2. The most promising are fitted in closed loop; the best of these with their shape parameters too.
@@ -22,6 +23,7 @@ from .candidates import Candidates
 from .carried import carried_over
 from .competition import Competition, enough, others, pruned
 from .earn import at_noise, earns, surely_at_noise
+from .far_off import far_off
 from .forms import Forms
 
 _FIRSTS = 2  # single effects that sets are built upon
@@ -44,7 +46,7 @@ def compete(
     forms = Forms(field)
     fitter.test_floor(field.null)
     if field.null is not nominal and surely_at_noise(fitter, field.null):
-        return Competition(nominal, field.null, (), field.null, (), {})
+        return _at_noise(field, nominal)
     if field.shaken_loose():
         fitter.replay.shake()
     found = carried_over(field, forms, begun) if begun is not None else None
@@ -102,3 +104,13 @@ def compete(
     winner, without = pruned(field, field.settled(winner), pool)
     rivals.sort(key=lambda one: one.judged)
     return Competition(nominal, null, tuple(singles), winner, tuple(rivals), without, unsearched)
+
+
+def _at_noise(field: Candidates, nominal: Fit) -> Competition:
+    """Where the sheet alone comes to the noise: it, or a constant far off it that comes nearer."""
+    null = field.null
+    far = [one for one in far_off(field) if earns(field.fitter, one, null)]
+    if not far:
+        return Competition(nominal, null, (), null, (), {})
+    winner, without = pruned(field, field.settled(far[0]), far)
+    return Competition(nominal, null, tuple(far), winner, tuple(others(far, winner)), without)
