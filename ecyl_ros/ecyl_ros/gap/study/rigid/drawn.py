@@ -182,7 +182,11 @@ def draw_drive(
             rubs_within=within_sheet["load.coulomb_friction"],
             drags_within=within_sheet["load.viscous_friction"],
             loads_within=within_sheet.get("load.constant_load", 0.0),
-            inertia_within=within_sheet.get(mass, 0.0) / inertia,
+            inertia=inertia,
+            inertia_within=math.hypot(
+                within_sheet.get(mass, 0.0),
+                inertia * within_sheet.get("actuation.gain", 0.0) / gain,
+            ),
             unit=unit,
             ratio=ratio,
             linear=linear,

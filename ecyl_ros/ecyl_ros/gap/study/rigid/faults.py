@@ -23,8 +23,9 @@ class Size:
 
     rubs, drags: by which the machine's Coulomb and viscous friction are off the file before the
     fault: what comes on top is counted from the file. rubs_within, drags_within, loads_within:
-    tolerances of Coulomb and viscous friction and constant load; inertia_within: the inertia's,
-    relative. unit: of the label's values: n, nm, a or v. ratio: output effort per that unit.
+    tolerances of Coulomb and viscous friction and constant load. inertia, inertia_within: of the
+    file, and its tolerance, which that of a gain adds to: effort tells them by their ratio. unit:
+    of the label's values: n, nm, a or v. ratio: output effort per that unit.
     """
 
     level: float
@@ -36,6 +37,7 @@ class Size:
     rubs_within: float
     drags_within: float
     loads_within: float
+    inertia: float
     inertia_within: float
     unit: str
     ratio: float
@@ -105,10 +107,9 @@ def _viscous(truth: Truth, size: Size, rng: np.random.Generator) -> Faulty:
 
 
 def _inertia(truth: Truth, size: Size, rng: np.random.Generator) -> Faulty:
-    more = float(rng.uniform(0.15, 0.6))
-    if more < LEAVES * size.inertia_within:
-        more = size.inertia_within * float(rng.uniform(LEAVES, FARTHEST))
-    value = truth.inertia * (1.0 + more)
+    value = truth.inertia * (1.0 + float(rng.uniform(0.15, 0.6)))
+    if value < size.inertia + LEAVES * size.inertia_within:
+        value = size.inertia + float(rng.uniform(LEAVES, FARTHEST)) * size.inertia_within
     if size.unit == "n":
         named = {"mass_kg": value}
     elif size.unit == "nm":
