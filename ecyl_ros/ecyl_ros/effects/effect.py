@@ -108,6 +108,11 @@ def no_starts(evidence: Evidence) -> Sequence[Start]:
     return ()
 
 
+def _nothing(evidence: Evidence) -> Start:
+    """Of most effects a recording shows no parameter as it is."""
+    return {}
+
+
 def _to_none(values: Start, drive: DriveParameters) -> Sequence[Mapping[str, Start]]:
     """Most effects act like no others."""
     return ()
@@ -136,6 +141,8 @@ class Effect:
         separated_by: what of a cylinder's motion, beside that, separates it from its like.
         parameters: what describes it.
         starts: values to begin a fit at, several where the fit may get stuck.
+        shown: parameters that a recording shows as they are, and their values: these are not
+            fitted. Empty where it does not.
         modify: changes the packed record of the drive (see `drive.packed`), for effects that are
             another value of something the model has. Effects with a port of their own (see
             `ports`) have their parameters in the record under `field_name` and need none.
@@ -170,6 +177,7 @@ class Effect:
     excitation: str
     parameters: tuple[Quantity, ...]
     starts: Callable[[Evidence], Sequence[Start]] = no_starts
+    shown: Callable[[Evidence], Start] = _nothing
     modify: Callable[[np.ndarray, Mapping[str, float], DriveParameters], None] | None = None
     refines: tuple[str, ...] = ()
     gives_way: Callable[[Start, DriveParameters], Sequence[Mapping[str, Start]]] = _to_none

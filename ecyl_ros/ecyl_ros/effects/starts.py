@@ -12,6 +12,9 @@ from .effect import Evidence, Start
 from .lines import explained
 from .passed import Passed
 
+_DIGITS = 1e-9  # relative: values this near are equal
+_STAYS = 5  # samples that follow an equal one, from which a command is cut off
+_BY_CHANCE = 0.02  # of them, of those near the largest, where a log is fine
 _FINER = 25  # steps between a candidate and its neighbour when a line is placed
 _HIGHEST_ORDER, _LINES, _WHOLE = 96.0, 4, 2  # over a rotor turn: orders, lines of any and of whole
 
@@ -44,6 +47,24 @@ def limits(parameter: str, values: FloatArray) -> list[Start]:
     """Starts of a limit that acts: it shows itself as the largest of `values`, float64[n]."""
     largest = float(np.nanmax(np.abs(values), initial=0.0))
     return [{parameter: largest * factor} for factor in (1.0, 0.97, 0.9) if largest > 0.0]
+
+
+def plateau(values: FloatArray) -> float | None:
+    """Where a command is cut off: its largest value, if it stays there to the last digit.
+
+    values: float64[n]; a command has no noise. None where it does not, or where a coarse log lets
+    any command stay.
+    """
+    sizes = np.abs(values[np.isfinite(values)])
+    top = float(np.max(sizes, initial=0.0))
+    if top == 0.0:
+        return None
+    at = sizes >= top * (1.0 - _DIGITS)
+    stays = at[1:] & at[:-1]
+    near = ~at & (sizes > 0.5 * top)
+    coarse = near[1:] & near[:-1] & (np.diff(sizes) == 0.0)
+    few = int(np.count_nonzero(coarse)) <= _BY_CHANCE * max(int(np.count_nonzero(near)), 1)
+    return top if np.count_nonzero(stays) >= _STAYS and few else None
 
 
 def regress(signal: FloatArray, *columns: FloatArray) -> FloatArray:

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..drive.parameters import DriveParameters
 from .effect import Effect, Evidence, Quantity, Start
-from .starts import limits
+from .starts import limits, plateau
 
 
 def modify(record: np.ndarray, values: Mapping[str, float], drive: DriveParameters) -> None:
@@ -16,8 +16,17 @@ def modify(record: np.ndarray, values: Mapping[str, float], drive: DriveParamete
     record["voltage_limit"] = min(float(record["voltage_limit"][0]), values["voltage_v"])
 
 
+def shown(evidence: Evidence) -> Start:
+    """A recorded command that stays at its largest value is cut off there."""
+    limit = plateau(evidence.voltage_v)
+    return {} if limit is None else {"voltage_v": limit}
+
+
 def starts(evidence: Evidence) -> list[Start]:
-    """About the largest value recorded, or taken by the motor."""
+    """Where the recorded command is cut off; about the largest value recorded, or taken by the
+    motor."""
+    if seen := shown(evidence):
+        return [seen]
     motor, voltage = evidence.drive.motor, evidence.voltage_v
     if np.isnan(voltage).all():
         voltage = motor.resistance * evidence.current_a
@@ -34,6 +43,7 @@ EFFECT = Effect(
     excitation="motion that needs more voltage than the limit",
     parameters=(Quantity(name="voltage_v", unit="V", low=1e-3, high=1e5, meaning="true limit"),),
     starts=starts,
+    shown=shown,
     modify=modify,
     sized=(),
 )

@@ -6,7 +6,7 @@ import dataclasses
 
 from ...arrays import FloatArray
 from .coordinate import is_phase
-from .fit import CONVERGED, Fit, Fitter, coordinates_of
+from .fit import CONVERGED, Fit, Fitter
 from .stages import COARSE, EXACT, FINE, MEDIUM, Stage
 from .valley import along, near_floor, shaped, turned
 
@@ -41,7 +41,7 @@ def approach(fitter: Fitter, start: Fit, known: Fit) -> Fit:
     that has but one, and along size and phase of those that have a phase, then least squares of
     all.
     """
-    coordinates = coordinates_of(start, nuisances=False)
+    coordinates = fitter.coordinates_of(start, nuisances=False)
     best = start
     if len(coordinates) == 1:
         best = along(fitter, start, coordinates[0])
@@ -61,14 +61,14 @@ def approach(fitter: Fitter, start: Fit, known: Fit) -> Fit:
 
 def close_in(fitter: Fitter, near: Fit, known: Fit) -> Fit:
     """Fit on from where `approach` led, with a finer look; parameters that only shape wait."""
-    coordinates = coordinates_of(near, nuisances=False)
+    coordinates = fitter.coordinates_of(near, nuisances=False)
     if len(coordinates) > 1:
         best = turned(fitter, near)
         return fitter.fit(best, steps=4, stage=MEDIUM, known=known, least=_least(fitter))
     if not _beside_constants(fitter, near):
         return near
     best = fitter.fit(near, steps=5, stage=MEDIUM, known=known, least=_least(fitter))
-    if not near_floor(best, fitter):
+    if coordinates and not near_floor(best, fitter):
         best = along(fitter, best, coordinates[0])
         best = fitter.fit(best, steps=4, stage=MEDIUM, known=known, least=_least(fitter))
     return best

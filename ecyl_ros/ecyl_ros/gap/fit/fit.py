@@ -17,6 +17,8 @@ from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter1d
 
 from ...arrays import BoolArray, FloatArray
+from ...effects.catalogue import CATALOGUE
+from ..replay.evidence import ReplayEvidence, gather
 from ..replay.hidden import Hidden
 from ..replay.replay import Replay
 from ..sheet import PULL_PRICE, Sheet
@@ -258,7 +260,7 @@ class Fitter:
             least: fall of the objective below which the fit has ended.
             known: a fit whose derivatives by the sheet are used, where it has any of this stage.
         """
-        coordinates = coordinates_of(start, nuisances=nuisances)
+        coordinates = self.coordinates_of(start, nuisances=nuisances)
         pulled = np.flatnonzero(self.sheet.free(start.values))
         count, size = len(coordinates), len(coordinates) + len(pulled)
         if not size:
@@ -338,6 +340,27 @@ class Fitter:
                 missing.append(index)
         return missing
 
+    def coordinates_of(self, fit: Fit, *, nuisances: bool) -> tuple[Coordinate, ...]:
+        """Of all parameters that a fit begins with and that the recording does not show as they
+        are; with `nuisances` of those that only shape, too."""
+        return tuple(
+            Coordinate.around(name, quantity, fit.values[name][quantity.name])
+            for name in fit.values
+            for quantity in quantities(name, fit.values[name])
+            if quantity.name not in self.shown(name)
+            and (nuisances or not quantity.nuisance or is_phase(quantity.name))
+        )
+
+    def shown(self, name: str) -> Mapping[str, float]:
+        """Parameters of an effect that one of the recordings shows as they are."""
+        shown = (CATALOGUE[name].shown(one) for one in self._evidence)
+        return next((one for one in shown if one), {})
+
+    @cached_property
+    def _evidence(self) -> list[ReplayEvidence]:
+        """Of each recording upon the nominal model."""
+        return [gather(one, {}) for one in self.replay.parts]
+
     def blurred(self, width_s: float) -> Callable[[FloatArray], FloatArray]:
         """What a fit looks at of a gap, float64[signals x fitted rows]: itself, or its moving mean.
 
@@ -357,13 +380,3 @@ class Fitter:
             return found
 
         return blurred
-
-
-def coordinates_of(fit: Fit, *, nuisances: bool) -> tuple[Coordinate, ...]:
-    """Of all parameters that a fit begins with; with `nuisances` of those that only shape, too."""
-    return tuple(
-        Coordinate.around(name, quantity, fit.values[name][quantity.name])
-        for name in fit.values
-        for quantity in quantities(name, fit.values[name])
-        if nuisances or not quantity.nuisance or is_phase(quantity.name)
-    )

@@ -26,6 +26,8 @@ from ..split import stretch_of
 # nominal values beside it are not known better; with this 96 % of the sealed study's hold.
 FORM = 4e-3
 
+_SHOWN = 1e-3  # the same of what a recording shows as it is: the digits of a log
+
 
 def spreads(
     jacobian: FloatArray,
@@ -140,6 +142,10 @@ def intervals(
             max(min(low, high), one.quantity.low),
             min(max(low, high), one.quantity.high),
         )
+    for name in fit.names:
+        for parameter, value in fitter.shown(name).items():
+            off = _SHOWN * abs(value)
+            found[name, parameter] = value - off, value + off
     pulls = np.ones(len(fit.pulls))
     for row, variance in zip(fit.pulled, spread[len(fit.coordinates) :], strict=True):
         pulls[row] = min(1.96 * math.sqrt(max(float(variance), 0.0)), 1.0)
