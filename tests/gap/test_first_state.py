@@ -6,10 +6,16 @@ import dataclasses
 
 import numpy as np
 import pytest
+from sheets import exact
 
 from ecyl_ros.drive.drive_file import load_drive
+from ecyl_ros.gap.diagnose import diagnose
 from ecyl_ros.gap.replay.first_state import first_state, resting
+from ecyl_ros.gap.replay.replay import Replay
 from ecyl_ros.gap.replay.sensor_noise import declared_noise
+from ecyl_ros.gap.study.cylinder.machine import record_machine
+from ecyl_ros.gap.study.cylinder.nuisances import Nuisances
+from ecyl_ros.gap.study.cylinder.physics import nominal_physics
 
 DRIVE = load_drive("bench")
 FLOORS = declared_noise(DRIVE)
@@ -58,3 +64,22 @@ def test_a_long_rest_tells_where_in_its_clearance_the_load_is() -> None:
         rough, (0.0, 0.0), first | {"rod_position": 1e-6}, declared_noise(rough), 100
     )
     assert said[0][2] == 0.0
+
+
+@pytest.mark.parametrize("rod", [True, False])
+@pytest.mark.parametrize("place", [0.6, -0.4])
+def test_a_sound_drive_whose_load_begins_off_the_middle_has_no_gap(place: float, rod: bool) -> None:
+    """What the first impact shows by many floors, as it comes early or late, is left out, however
+    short the rest before it, and whether the rod was recorded or not; the next impacts count."""
+    half = 0.5 * DRIVE.transmission.backlash
+    machine = dataclasses.replace(nominal_physics(DRIVE), load_angle=place * half)
+    time = np.arange(20_000) / DRIVE.controller.rate
+    rate = 2.0 * np.pi * 1.5
+    reference = 1.5e-3 * (1.0 - np.cos(rate * time)), 1.5e-3 * rate * np.sin(rate * time)
+    recording = record_machine(machine, Nuisances(10, 0.0, 0.0, 0, 4), DRIVE, reference)
+    if not rod:
+        unknown = np.full(len(recording), np.nan)
+        recording = dataclasses.replace(recording, rod_position_m=unknown)
+    assert diagnose(recording, exact("bench")).verdict == "no_gap"
+    left_out = ~Replay(recording, DRIVE, "here").usable
+    assert 0 < np.count_nonzero(left_out) < 400 and not left_out[500:].any()

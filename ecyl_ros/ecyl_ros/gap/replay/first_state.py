@@ -52,9 +52,7 @@ def first_state(
         twist = angle - rod
         half = 0.5 * drive.transmission.backlash
         noise = floors["rod_position"] / ratio
-        step = drive.sensors.rod_position_resolution / math.sqrt(12.0) / ratio
-        unsure = max(noise / math.sqrt(rests), min(step, noise))  # a step is not averaged away
-        if 4.0 * unsure < abs(twist) < half + 20.0 * noise:
+        if 4.0 * place_unsure(drive, floors, rests) < abs(twist) < half + 20.0 * noise:
             plant[2] = angle - math.copysign(min(abs(twist), half), twist)
     if angle == asked and speed == 0.0 and current == 0.0:
         return plant, None
@@ -63,6 +61,21 @@ def first_state(
     return plant, loop_integrals(
         angle, rod, speed, asked, wanted[1] / ratio, current, voltage, drive
     )
+
+
+def place_unsure(drive: DriveParameters, floors: Mapping[str, float], rests: int) -> float:
+    """Standard deviation of the load's place in its clearance at the first sample, rad.
+
+    floors: noise floor of each recorded signal, SI. rests: samples of rest that it is told by.
+    """
+    anywhere = 0.5 * drive.transmission.backlash / math.sqrt(3.0)
+    if "rod_position" not in floors:
+        return anywhere
+    ratio = drive.transmission.rod_per_rotor
+    noise = floors["rod_position"] / ratio
+    step = drive.sensors.rod_position_resolution / math.sqrt(12.0) / ratio
+    # A step is not averaged away.
+    return min(max(noise / math.sqrt(rests), min(step, noise)), anywhere)
 
 
 def resting(

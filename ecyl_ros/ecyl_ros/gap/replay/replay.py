@@ -26,7 +26,7 @@ from ...effects.catalogue import CATALOGUE
 from ...recording.signals import Recording
 from ..split import held_out_of
 from .d_axis import follows, has_d_loop
-from .first_state import first_state, resting
+from .first_state import first_state, place_unsure, resting
 from .grid import Grid
 from .held import held_ticks, run_holding
 from .injected import injected
@@ -147,6 +147,7 @@ class Replay:
         self._find_start()
         self._holds_i_d = self._shows_no_i_d()
         self.floor = self._settle_floor(stated)
+        self._leave_out_start()
         self.healthy = self.healthy_with({})
 
     def _settle_floor(self, stated: dict[str, float]) -> FloatArray:
@@ -193,10 +194,34 @@ class Replay:
             first["rod_position"] = float(np.mean(recorded["rod_position"][:rests]))
         wanted = float(self._reference[0, 0]), float(self._reference[0, 1])
         self._plant, integrals = first_state(self.nominal, wanted, first, floors, rests)
+        self._unsure = 0.0 if integrals is not None else place_unsure(self.nominal, floors, rests)
         self._integrals = np.zeros(3) if integrals is None else integrals
         if integrals is not None:
             self.usable &= self.time_s > _SETTLING_S
             self.notes.append(f"does not begin at rest: the first {_SETTLING_S:g} s are not judged")
+
+    def _leave_out_start(self) -> None:
+        """Mark as not usable what hangs on where in its clearance the load begins.
+
+        That is known as well as the rod's scale tells it, or not at all; the first impact comes
+        earlier or later by it, and shows it by many floors. What two standard deviations of it,
+        either way, change by more than the noise is not judged.
+        """
+        half = 0.5 * self.drive.transmission.backlash
+        middle, place = self._plant[0], self._plant[2]
+        if min(half, self._unsure) <= 0.0:
+            return
+        ends = []
+        for off in (-self._unsure, self._unsure):
+            self._plant[2] = min(max(place + 2.0 * off, middle - half), middle + half)
+            ends.append(self.simulate({}))
+        self._plant[2] = place
+        apart = 0.5 * np.abs(ends[1] - ends[0]) / self.floor[:, None]
+        shows = np.flatnonzero((apart > 1.0).any(axis=0))
+        if len(shows):
+            begin = float(self.time_s[shows[0]])
+            last = shows[self.time_s[shows] <= begin + _SETTLING_S][-1]
+            self.usable[shows[0] : last + 1] = False
 
     @property
     def runs(self) -> int:
