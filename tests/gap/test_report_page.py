@@ -113,6 +113,9 @@ def test_a_signal_that_is_left_above_its_noise_is_told() -> None:
     assert "noise but for the rotor velocity, at 3.00 times its own. Confidence" in sentence(left)
     as_sound = sentence(dataclasses.replace(left, misfit_after=1.1))
     assert "perfect model would leave it, with the rotor velocity at 3.00 times its" in as_sound
+    near = sentence(dataclasses.replace(left, verdict="within_sheet", causes=()))
+    assert "The rotor velocity is left at 3.00 times its noise by few and large differ" in near
+    assert "is left at" not in sentence(dataclasses.replace(some, verdict="within_sheet"))
 
 
 def test_a_sheet_that_removes_nothing_is_not_praised_for_it() -> None:

@@ -227,8 +227,8 @@ def assembled(found: Judged, source: str, drive_name: str) -> tuple[Diagnosis, F
     elif floor > white:
         notes.append(
             f"with {' and '.join(one.title for one in causes)} the loop amplifies sensor noise "
-            "and differences that are otherwise too small to show: even a perfect model would "
-            f"leave {floor / white:.1f} times the sensor noise"
+            "and differences that are otherwise too small to show: even a perfect model may "
+            f"leave up to {floor / white:.1f} times the sensor noise"
         )
     final = winner if named else alone
     after = in_all(final)

@@ -34,6 +34,7 @@ _LADDERS: dict[str, tuple[tuple[float, str], ...]] = {
 _SMALLEST = 0.1  # a unit is taken if the number then is no smaller
 _LONGEST = 1e5  # a number is no longer than this for the sake of a shorter one beside it
 _MOST_DIGITS = 5  # of a value beside its interval, unless both ends then read the same
+_FURTHER = 3  # digits more, to tell the ends of an interval apart
 
 # Endings of parameter names that only repeat the unit.
 _TOKENS = ["kg", "m", "m2", "s", "s2", "rad", "nm", "n", "a", "v", "ohm", "hz", "h", "per"]
@@ -108,7 +109,8 @@ def joined(figure: str, unit: str) -> str:
 
 
 def decimals(value: float, low: float, high: float) -> int:
-    """Decimals that show an interval's half width to two digits, within five digits in all."""
+    """Decimals that show an interval's half width to two digits, within five digits in all, or
+    up to eight where its ends would look the same."""
     half = 0.5 * abs(high - low)
     largest = max(abs(value), abs(low), abs(high))
     if not (math.isfinite(half) and math.isfinite(largest)) or largest == 0.0:
@@ -116,7 +118,10 @@ def decimals(value: float, low: float, high: float) -> int:
     top = math.floor(math.log10(largest))
     finest = _MOST_DIGITS - 1 - top
     wanted = 1 - math.floor(math.log10(half)) if half > 0.0 else finest
-    return max(0, min(wanted, finest))
+    places = max(0, min(wanted, finest))
+    while low < high and places < finest + _FURTHER and f"{low:.{places}f}" == f"{high:.{places}f}":
+        places += 1
+    return places
 
 
 def interval(one: FittedParameter) -> tuple[str, str, str, str]:
@@ -126,8 +131,6 @@ def interval(one: FittedParameter) -> tuple[str, str, str, str]:
     if one.low == one.high == one.value == round(one.value) and unit in ("", "1"):
         return f"{value:.0f}", f"{value:.0f}", f"{value:.0f}", unit  # a count
     places = decimals(value, low, high)
-    if low < high and f"{low:.{places}f}" == f"{high:.{places}f}":
-        places += 1
     return f"{value:.{places}f}", f"{low:.{places}f}", f"{high:.{places}f}", unit
 
 

@@ -136,6 +136,13 @@ def _within_sheet(diagnosis: Diagnosis) -> str:
             f"{abs(most.pull):.1f} of its tolerance"
         )
         text += ", which a sound machine's may be (up to two)." if abs(most.pull) > 1.0 else "."
+    worst = strongest(diagnosis, after=True, judged=True)
+    if worst is not None and worst.after > _BUT_FOR * worst.floor:
+        # As near as noise for most of the time, or it would not be within the sheet.
+        text += (
+            f" The {words.signal(worst.name)} is left at {q.times(worst.after, worst.floor)} times "
+            "its noise by few and large differences, such as impacts that come early or late."
+        )
     return text
 
 
