@@ -20,6 +20,7 @@ from .joint import resized
 
 _STRIDE = 5  # responses are added up on every fifth sample
 _LARGEST = 5.0  # times a start that its response may suggest
+_ALIKE = 1.01  # times the least score: starts of one effect that promise the same
 _SHOWN = 2  # further sets that go on, for what their replays have shown
 
 
@@ -34,13 +35,20 @@ class Promise:
 
 
 def best_of_each(promises: Iterable[Promise]) -> list[Promise]:
-    """The best start of each set of effects, most promising first."""
-    best: dict[frozenset[str], Promise] = {}
+    """The best start of each set of effects, most promising first.
+
+    Of starts that promise alike, the one whose replay alone leaves least: where responses do not
+    add up, all of them promise what their base leaves.
+    """
+    each: dict[frozenset[str], list[Promise]] = {}
     for one in promises:
-        key = frozenset(one.fit.names)
-        if key not in best or one.score < best[key].score:
-            best[key] = one
-    return sorted(best.values(), key=lambda one: one.score)
+        each.setdefault(frozenset(one.fit.names), []).append(one)
+    best = []
+    for starts in each.values():
+        least = min(one.score for one in starts)
+        alike = [one for one in starts if one.score <= _ALIKE * least]
+        best.append(min(alike, key=lambda one: one.fit.fitted))
+    return sorted(best, key=lambda one: one.score)
 
 
 def foremost(promises: Sequence[Promise], most: int) -> list[Promise]:
