@@ -34,6 +34,10 @@ class _Fitter:
             "Replay", (), {"nominal": drive, "drive": drive, "time_s": np.linspace(0.0, 12.0, ROWS)}
         )()
 
+    def shown(self, name: str) -> dict[str, float]:
+        """Nothing is."""
+        return {}
+
 
 def _fit(coordinate: Coordinate, value: float, column: np.ndarray, left: np.ndarray) -> Fit:
     """A fit of one parameter that ended at a value; column: of the gap by its coordinate."""

@@ -16,11 +16,12 @@ import numpy as np
 from scipy.optimize import brentq
 
 from ...arrays import FloatArray
-from ..compete.strain import STRAINED
+from ..judge.verdict import RARER
 from .null import Null
 from .solution import Solution
 
 _FRICTION = "_friction"  # how the names of both end
+_AT_FAULT = -2.0 * math.log(RARER)  # the price of a step of rarity
 _ALONG = 1e-9  # of their power: columns that hold less of their own are along others
 
 
@@ -31,8 +32,8 @@ def price(
 
     structure: RMS of what is left and may be along one effect, so that it bends constants.
     finer_forms: effects whose own share of a constant counts like that constant: friction by
-    direction has a level, and so pulls on that of the sheet. Where that is at fault for certain,
-    it costs no more the further off it is: whatever else acts, the fault does.
+    direction has a level, and so pulls on that of the sheet. As it is at fault already, this costs
+    a step of rarity at the most, however far off it is.
     """
     prices: defaultdict[str, float] = defaultdict(float)
     for name, found in (*_own(null, solution, structure), *_finer(null, solution, finer_forms)):
@@ -106,5 +107,5 @@ def _finer(
     parts = [one for one in stood_for for _ in range(one.term.columns.shape[0])]
     widths = np.array([one.width for one in parts]) * null.gained(solution)
     names = [one.term.effect for one in parts]
-    prices = np.minimum((2.0 * found / widths) ** 2, STRAINED)
+    prices = np.minimum((2.0 * found / widths) ** 2, _AT_FAULT)
     yield from zip(names, prices.tolist(), strict=True)
