@@ -8,11 +8,10 @@ the impacts, few and large, and it passes for noise, though not as near as a tru
 from __future__ import annotations
 
 from ...effects.catalogue import CATALOGUE
-from ..fit.fit import Fit
+from ..fit.fit import ALMOST, Fit
 from ..fit.robust import misfit
 from .candidates import STARTS, Candidates
 
-_ALMOST = 1.05  # times a perfect model's misfit: what leaves no more is not improved upon
 _MOST = 2  # constants that are fitted
 
 
@@ -22,7 +21,7 @@ def far_off(field: Candidates) -> list[Fit]:
     Empty where the sheet alone leaves as little as a perfect model.
     """
     fitter, null = field.fitter, field.null
-    if misfit(null.left) <= _ALMOST * fitter.perfect:
+    if misfit(null.left) <= ALMOST * fitter.perfect:
         return []
     rows = {name: fitter.sheet.index(CATALOGUE[name].constant) for name in field.names}
     names = [name for name, row in rows.items() if row is not None and fitter.sheet.tolerance[row]]

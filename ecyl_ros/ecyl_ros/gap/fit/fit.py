@@ -30,7 +30,7 @@ from .torque_scale import TorqueScale
 
 Values = dict[str, dict[str, float]]  # {effect: {parameter: value}}
 
-_ALMOST = 1.05  # times a perfect model's misfit: what leaves no more needs no excuse
+ALMOST = 1.05  # times a perfect model's misfit: what leaves no more is as good
 _NOISIEST = 4.0  # times a perfect model's misfit: no effect excuses more
 _WHITE = math.sqrt(0.85)  # robust misfit of white noise at the floor
 _REFUTED = 0.5  # of a perfect model's cost: one draw of impacts hardly leaves twice another's
@@ -181,7 +181,7 @@ class Fitter:
 
     def _sound_with(self, fit: Fit) -> float:
         perfect = self.perfect_with(fit.values)
-        if not fit.names or math.sqrt(fit.left) <= _ALMOST * perfect:
+        if not fit.names or math.sqrt(fit.left) <= ALMOST * perfect:
             return perfect
         noise = self.replay.healthy_with(fit.values)
         costs = [cost(one + noise, self.replay.usable) for one in self._unseen(fit)]

@@ -194,7 +194,8 @@ class Replay:
             first["rod_position"] = float(np.mean(recorded["rod_position"][:rests]))
         wanted = float(self._reference[0, 0]), float(self._reference[0, 1])
         self._plant, integrals = first_state(self.nominal, wanted, first, floors, rests)
-        self._unsure = 0.0 if integrals is not None else place_unsure(self.nominal, floors, rests)
+        told = {name: floor for name, floor in floors.items() if math.isfinite(first[name])}
+        self._unsure = 0.0 if integrals is not None else place_unsure(self.nominal, told, rests)
         self._integrals = np.zeros(3) if integrals is None else integrals
         if integrals is not None:
             self.usable &= self.time_s > _SETTLING_S
