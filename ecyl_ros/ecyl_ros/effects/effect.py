@@ -108,11 +108,6 @@ def no_starts(evidence: Evidence) -> Sequence[Start]:
     return ()
 
 
-def _nothing(evidence: Evidence) -> Start:
-    """Of most effects a recording shows no parameter as it is."""
-    return {}
-
-
 def _to_none(values: Start, drive: DriveParameters) -> Sequence[Mapping[str, Start]]:
     """Most effects act like no others."""
     return ()
@@ -142,7 +137,7 @@ class Effect:
         parameters: what describes it.
         starts: values to begin a fit at, several where the fit may get stuck.
         shown: parameters that a recording shows as they are, and their values: these are not
-            fitted. Empty where it does not.
+            fitted. Empty where it does not; None where none does.
         modify: changes the packed record of the drive (see `drive.packed`), for effects that are
             another value of something the model has. Effects with a port of their own (see
             `ports`) have their parameters in the record under `field_name` and need none.
@@ -177,7 +172,7 @@ class Effect:
     excitation: str
     parameters: tuple[Quantity, ...]
     starts: Callable[[Evidence], Sequence[Start]] = no_starts
-    shown: Callable[[Evidence], Start] = _nothing
+    shown: Callable[[Evidence], Start] | None = None
     modify: Callable[[np.ndarray, Mapping[str, float], DriveParameters], None] | None = None
     refines: tuple[str, ...] = ()
     gives_way: Callable[[Start, DriveParameters], Sequence[Mapping[str, Start]]] = _to_none

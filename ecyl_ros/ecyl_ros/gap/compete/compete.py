@@ -46,7 +46,7 @@ def compete(
     forms = Forms(field)
     fitter.test_floor(field.null)
     if field.null is not nominal and surely_at_noise(fitter, field.null):
-        return _at_noise(field, nominal)
+        return _sheet_or_far_off(field, nominal)
     if field.shaken_loose():
         fitter.replay.shake()
     found = carried_over(field, forms, begun) if begun is not None else None
@@ -106,7 +106,7 @@ def compete(
     return Competition(nominal, null, tuple(singles), winner, tuple(rivals), without, unsearched)
 
 
-def _at_noise(field: Candidates, nominal: Fit) -> Competition:
+def _sheet_or_far_off(field: Candidates, nominal: Fit) -> Competition:
     """Where the sheet alone comes to the noise: it, or a constant far off it that comes nearer."""
     null = field.null
     far = [one for one in far_off(field) if earns(field.fitter, one, null)]

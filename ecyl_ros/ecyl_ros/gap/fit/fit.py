@@ -353,8 +353,10 @@ class Fitter:
 
     def shown(self, name: str) -> Mapping[str, float]:
         """Parameters of an effect that one of the recordings shows as they are."""
-        shown = (CATALOGUE[name].shown(one) for one in self._evidence)
-        return next((one for one in shown if one), {})
+        shown = CATALOGUE[name].shown
+        if shown is None:
+            return {}
+        return next((found for one in self._evidence if (found := shown(one))), {})
 
     @cached_property
     def _evidence(self) -> list[ReplayEvidence]:

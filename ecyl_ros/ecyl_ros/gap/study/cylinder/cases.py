@@ -38,9 +38,9 @@ MOTIONS = 20  # or drives, tried before an effect is called impossible to show
 
 
 def stated(drive: DriveParameters | Setup, sheet: float) -> DriveParameters:
-    """The drive as its file is handed out, with tolerances for constants off by `sheet`."""
+    """The drive as its file is handed out, with tolerances for constants off by `sheet`, if any."""
     setup = Setup.of(drive)
-    return replace(setup.drive, tolerances=stated_tolerances(sheet, silent=setup.silent))
+    return replace(setup.drive, tolerances={} if setup.silent else stated_tolerances(sheet))
 
 
 def _absurd(run: Run, stage: Stage) -> bool:
@@ -213,7 +213,7 @@ def complete_case(case: Case, setup_of: DriveParameters | Setup | Callable[[int]
             gaps=gaps,
             facts=facts,
             constants=true_constants(stage.with_effects(effects, seed), setup.drive),
-            tolerances=stated_tolerances(case.sheet, silent=setup.silent),
+            tolerances=dict(stated(setup, case.sheet).tolerances),
             nominal={
                 name: {key: held[name, key] for key in values if (name, key) in held}
                 for name, values in effects.items()

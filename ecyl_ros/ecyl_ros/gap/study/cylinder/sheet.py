@@ -34,13 +34,8 @@ def standard_deviations(sd: float) -> Values:
     return {key: min(sd, LEAD_SD) if key == LEAD else sd for key in UNCERTAIN}
 
 
-def stated_tolerances(sd: float, *, silent: bool = False) -> dict[str, float | str]:
-    """What a drive file states of such a sheet: two standard deviations, or that it is exact.
-
-    silent: nothing, as most files do; the documented tolerances hold.
-    """
-    if silent:
-        return {}
+def stated_tolerances(sd: float) -> dict[str, float | str]:
+    """What a drive file states of such a sheet: two standard deviations, or that it is exact."""
     if sd == 0.0:
         return {ALL: EXACT}
     return {key: 2.0 * one for key, one in standard_deviations(sd).items()}
