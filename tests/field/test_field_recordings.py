@@ -125,13 +125,14 @@ def test_the_published_emps_model_leaves_a_gap_of_its_published_size(tmp_path) -
 def test_laas_cogging_is_named_where_it_is_not_compensated(tmp_path, file, cogged) -> None:
     """Order 72 of 5 mN m in one state of the flag; in the other a quarter of it at the most."""
     recording = f"laas_pmsm_cogging/{file}.txt"
-    bare = _diagnosed(tmp_path, recording, "laas", "laas_loop", "--mode", str(cogged))
+    span = ("--to", "20")
+    bare = _diagnosed(tmp_path, recording, "laas", "laas_loop", "--mode", str(cogged), *span)
     cogging = _causes(bare)["cogging_torque"]
     assert cogging["periods_per_rev"] == 72.0
     assert cogging["amplitude_nm"] == pytest.approx(5.1e-3, rel=0.1)
     (cause,) = [one for one in bare["causes"] if one["effect"] == "cogging_torque"]
     assert cause["confidence"] > 0.9 and cause["shrink"] > 0.3
-    calm = _diagnosed(tmp_path, recording, "laas", "laas_loop", "--mode", str(1 - cogged))
+    calm = _diagnosed(tmp_path, recording, "laas", "laas_loop", "--mode", str(1 - cogged), *span)
     left = _causes(calm).get("cogging_torque", {})
     at_72 = [
         left[name.replace("periods", "amplitude").replace("_per_rev", "_nm")]

@@ -19,7 +19,7 @@ from ecyl_ros.gap.diagnose import diagnose
 from ecyl_ros.recording.signals import Recording
 
 DRIVE = exact("bench")
-SECONDS = 5.0
+SECONDS = 3.5
 REACH_M = 4e-3  # of the motion, from 0
 WITHOUT = without_all_but(
     "local_jam",

@@ -1,8 +1,8 @@
 """How long a measurement takes to another process and its voltage back, on this machine, now.
 
 Two nodes of their own answer each other for a moment, with messages as long as the control wire's,
-on the executor and the processors that plant and controller will have, at the control rate. What
-they need tells whether a drive can run in real time at that rate.
+on the executor and the processors that plant and controller will have, at the control rate; at a
+faster one where that would take long. What they need tells whether a drive can run in real time.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 DEFAULT_RATE = 1000.0  # Hz, where no drive is asked about
 SECONDS = 1.5  # of measuring: 1500 trips at 1 kHz, fifteen of them beyond the 99th percentile
 FASTEST = 2000.0  # Hz: nothing is gained by asking again before the answer is there
-LEAST = 200  # trips
+LEAST = 200  # trips: a drive too slow for as many is measured faster than it ticks
 LOST_S = 0.5  # a trip that takes longer is restarted
 PATIENCE_S = 30.0  # for both processes to start and find each other
 # Of a tick, what 99 of 100 round trips may take: the rest is for computing, for the other nodes
@@ -173,9 +173,9 @@ class _Ping:
         node.create_subscription(
             Vector3Stamped, f"{topic}/back", self._heard, wire.control(True), raw=True
         )
-        period = 1.0 / min(rate, FASTEST)
-        node.create_timer(period, self._send, clock=Clock(clock_type=ClockType.STEADY_TIME))
-        self._wanted = max(LEAST, round(min(rate, FASTEST) * SECONDS))
+        pace = min(max(rate, LEAST / SECONDS), FASTEST)
+        node.create_timer(1.0 / pace, self._send, clock=Clock(clock_type=ClockType.STEADY_TIME))
+        self._wanted = round(pace * SECONDS)
         self._number = 0
         self._sent: float | None = None
         self._end = math.inf
