@@ -16,6 +16,7 @@ from ecyl_ros.gap.diagnosis import (
     SheetValue,
     SignalGap,
 )
+from ecyl_ros.gap.report.page import report_html
 from ecyl_ros.gap.report.rivals import runner_up
 from ecyl_ros.gap.report.terminal import summary
 from ecyl_ros.gap.report.verdict import sentence
@@ -43,6 +44,15 @@ def test_a_constant_far_off_its_sheet_is_told_where_nothing_is_named(found, told
     words = "The load inertia fits best 2.5 tolerances below its nominal value: it is wrong, or"
     assert (words in said) is told
     assert ("tolerances" in said) is told
+
+
+def test_constants_beside_an_unexplained_gap_are_no_measurement() -> None:
+    """Below the table of the sheet, in the terminal and on the page; not where a cause is named."""
+    inertia = SheetValue("load.inertia", "kg m^2", 1.0, 0.1, 0.95, 0.94, 0.96, seen=True)
+    for name, said in (("unexplained", True), ("explained", False)):
+        one = dataclasses.replace(VERDICTS[name], sheet=(inertia,))
+        assert ("may have moved these values" in summary(one)) is said
+        assert ("may have moved these values" in report_html(one)) is said
 
 
 def test_causes_come_with_interval_and_confidence() -> None:

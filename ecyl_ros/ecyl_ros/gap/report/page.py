@@ -226,7 +226,8 @@ def _sheet(diagnosis: Diagnosis) -> str:
         "value in tolerances: 1 is the edge of the sheet. Not determined is a "
         "constant of which the recording says no more than the sheet."
     )
-    return _section("The sheet", table(caption, head, rows))
+    warned = f"<p>{typeset(words.MOVED_BY_GAP)}</p>" if diagnosis.verdict == "unexplained" else ""
+    return _section("The sheet", warned, table(caption, head, rows))
 
 
 def _limits(diagnosis: Diagnosis) -> str:

@@ -121,8 +121,9 @@ def _sheet(diagnosis: Diagnosis) -> str:
     rows = [["the sheet", "nominal", "found", "95 % interval", "pull"]]
     rows += [[words.constant(one.parameter), *q.sheet_value(one)] for one in told]
     unseen = [words.constant(one.parameter) for one in diagnosis.sheet if not one.told]
-    table = _table(rows, (1, 2, 4))
-    return f"{table}\nnot determined here: {', '.join(unseen)}" if unseen else table
+    below = [f"not determined here: {', '.join(unseen)}"] if unseen else []
+    below += [words.MOVED_BY_GAP] if diagnosis.verdict == "unexplained" else []
+    return "\n".join([_table(rows, (1, 2, 4)), *below])
 
 
 def _limits(diagnosis: Diagnosis) -> str:

@@ -39,6 +39,10 @@ _VERDICTS = {
     "not_judgeable": "Not judgeable",
 }
 MOST_NOTES = 5  # that a terminal or a notebook shows; report and JSON have all
+# Below the sheet's table, where nothing closes the gap.
+MOVED_BY_GAP = (
+    "The unexplained gap may have moved these values: their intervals do not allow for it."
+)
 RAN_AWAY = "runs away"  # of a replay whose error says nothing of the drive (NaN)
 _NAMES = ("Coulomb", "Stribeck")  # words that keep their capital
 _MASS_NOUNS = ("friction", "cogging", "ripple", "dead time", "eccentricity", "gravity")
