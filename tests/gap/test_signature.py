@@ -15,7 +15,12 @@ from ecyl_ros.gap.fit.fit import Fitter
 from ecyl_ros.gap.locate.block import unnamed_block
 from ecyl_ros.gap.locate.injection import acts_on_load
 from ecyl_ros.gap.locate.locate import by_port
-from ecyl_ros.gap.locate.signature import goes_with_current, goes_with_encoder, limit_reached
+from ecyl_ros.gap.locate.signature import (
+    goes_along_stroke,
+    goes_with_current,
+    goes_with_encoder,
+    limit_reached,
+)
 from ecyl_ros.gap.replay.replay import Replay
 from ecyl_ros.gap.split import held_out
 
@@ -65,6 +70,23 @@ def said(replay: Replay) -> str | None:
 def test_the_block_is_right_with_no_effect_at_hand(effects, block) -> None:
     """What is measured on another make of machine names the true block without any fit."""
     assert said(replayed(effects)) == block
+
+
+def test_what_pushes_back_along_the_stroke_is_told_from_what_else_acts() -> None:
+    """A spring that hardens and a stop at one end rise along it; cogging, drag and inertia under
+    more than one sine do not."""
+    time = np.linspace(0.0, 6.0, 6001)
+    angle = 4.0 * np.sin(4.0 * time) + 2.5 * np.sin(11.0 * time + 1.0)
+    speed, acceleration = np.gradient(angle, time), np.gradient(np.gradient(angle, time), time)
+    noise = np.random.default_rng(3).normal(0.0, 0.02, time.size)
+
+    def along(torque: np.ndarray) -> float:
+        return goes_along_stroke(SimpleNamespace(torque_nm=torque + noise, rotor_angle_rad=angle))
+
+    assert along(-1e-2 * angle**3) > 0.95
+    assert along(-0.5 * np.maximum(angle - 4.5, 0.0)) > 0.85
+    others = (np.sin(6.0 * angle), np.sign(speed), acceleration / 100.0, np.zeros(time.size))
+    assert max(map(along, others)) < 0.75
 
 
 def test_missing_torque_is_put_on_its_side_of_the_clearance() -> None:

@@ -235,6 +235,7 @@ def assembled(found: Judged, source: str, drive_name: str) -> tuple[Diagnosis, F
     shrink = shrink_of(before, after, surplus) if named or within_sheet else 0.0
     as_found = replay.at(fitter.sheet.constants(final.pulls))
     ports = pooled_ports([by_port(one) for one in as_found.parts])
+    ports = beside_the_loop(ports, as_found.parts[0])
     verdict = verdict_of(
         no_gap=no_gap,
         within_sheet=within_sheet,
@@ -259,7 +260,7 @@ def assembled(found: Judged, source: str, drive_name: str) -> tuple[Diagnosis, F
         signals=by_signal(replay, nominal, final, noise, held),
         when=by_condition(replay, nominal.gap) if not no_gap else (),
         frequency_hz=by_frequency(replay, nominal.gap) if not no_gap else (),
-        ports=beside_the_loop(ports, as_found.parts[0]),
+        ports=ports,
         causes=tuple(causes) if named else (),
         before=before,
         after=after,

@@ -19,6 +19,7 @@ from ..replay.replay import Replay
 from .controller_port import delay_restores
 from .injection import acts_on_load
 from .signature import (
+    goes_along_stroke,
     goes_with_acceleration,
     goes_with_carried_torque,
     goes_with_current,
@@ -39,7 +40,9 @@ _MOVED = 2.0  # RMS of the same where no torque is missing
 _NO_HELP = 0.8  # of the cost of the sheet alone: an effect that leaves more is not on the way
 _READING = 0.9  # share of the missing torque that a wrong reading of the current would make
 _CONSTANT = 0.99  # the same of a wrong torque constant
-_CARRIED = 0.85  # the same of a friction that grows with what it carries; others stay below 0.65
+# The same of a friction that grows with what it carries, and of a force that only rises or falls
+# along the stroke; others stay below 0.75.
+_CARRIED = 0.85
 
 
 def possible_blocks(ports: Sequence[PortCheck]) -> Collection[str]:
@@ -87,9 +90,12 @@ def unnamed_block(
         possible = ("load", "motor_mechanical", "motor_electrical")
     at_times = tuple(possible) == ("controller", "transmission")  # torque, and no limit holds
     if at_times or {"load", "motor_mechanical"} & set(possible):
-        if goes_with_current(evidence) > max(_CONSTANT, goes_with_acceleration(evidence)):
+        inertia = goes_with_acceleration(evidence)
+        if goes_with_current(evidence) > max(_CONSTANT, inertia):
             return "motor_electrical"
         if goes_with_carried_torque(evidence) > _CARRIED:
+            return "load"
+        if goes_along_stroke(evidence) > max(_CARRIED, inertia):
             return "load"
         on_load = acts_on_load(replay)
         if on_load is not None:

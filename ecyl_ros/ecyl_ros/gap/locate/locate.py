@@ -118,7 +118,7 @@ def beside_the_loop(ports: Sequence[PortCheck], replay: Replay) -> tuple[PortChe
     """The checks with the noise that the loop puts into the command in the voltage's floor.
 
     Of all commands that the current follows between two samples one is recorded, each with what
-    noise made of it. Blocks are told from each other by balances in noise of the sensors alone.
+    noise made of it.
     """
     command = replay.loop_share * replay.proportional_noise_v if replay.noise_in_loop else 0.0
     command /= math.sqrt(Smoother(replay.time_s).points)

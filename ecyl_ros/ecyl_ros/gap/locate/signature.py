@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from scipy.optimize import nnls
 
 from ...arrays import FloatArray
 from ..replay.evidence import ReplayEvidence, Smoother
@@ -15,6 +16,7 @@ _HELD = 30  # samples at the level at least, and beyond it in the replay
 _PILED = 4.0  # times as many as as near beside the level
 _LOWEST = 0.3  # of the largest value: a level below that limits nothing
 _ENCODER_HARMONICS, _SCREW_HARMONICS = 4, 6
+_STEPS = 16  # of the stroke, each with a slope of its own
 _RIDES = 0.6  # share of the rod error that must go with the rotor's angle
 _NO_BETTER = 0.6  # times what the encoder's harmonics leave: the screw's explain it no better
 
@@ -97,6 +99,25 @@ def goes_with_carried_torque(evidence: ReplayEvidence) -> float:
         - motor.viscous_friction * speed
     )
     return _explained(evidence.torque_nm, [np.abs(carried) * np.sign(speed)])
+
+
+def goes_along_stroke(evidence: ReplayEvidence) -> float:
+    """Share of the missing torque's variance that only rises, or only falls, along the stroke.
+
+    Springs, stops and whatever else stands beside the rod push back so; what a rotor makes repeats
+    with its turn.
+    """
+    known = np.isfinite(evidence.torque_nm) & np.isfinite(evidence.rotor_angle_rad)
+    angle = evidence.rotor_angle_rad[known]
+    torque = evidence.torque_nm[known] - np.mean(evidence.torque_nm[known])
+    total = float(torque @ torque)
+    if known.sum() <= 2 * _STEPS or total <= 0.0:
+        return 0.0
+    ends = np.linspace(angle.min(), angle.max(), _STEPS + 1)
+    ramps = np.clip((angle[:, None] - ends[:-1]) / (ends[1] - ends[0]), 0.0, 1.0)
+    ramps -= ramps.mean(axis=0)
+    left = min(nnls(ramps, side * torque)[1] for side in (1.0, -1.0))
+    return 1.0 - left**2 / total
 
 
 def goes_with_encoder(evidence: ReplayEvidence, noise_rad: float) -> bool:
