@@ -8,6 +8,7 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
+from scipy.special import erf
 
 from ..arrays import FloatArray
 from ..drive.rigid.course import Course
@@ -15,6 +16,7 @@ from ..drive.rigid.machine import Machine
 from ..drive.rigid.model import Model, Pair
 from ..drive.rigid.units import Units
 
+_SURE = 3.0  # standard deviations of the speed's noise, beyond which its sign is trusted
 _SOFT = 1e-3  # of the largest speed: below it the sign of the speed is not trusted
 _SOFTEST = 0.03  # of it: beyond, a level would look like a rise with speed
 _STROKE = 0.1  # of the largest speed: what stays slower is no stroke
@@ -73,8 +75,10 @@ class Along:
         usable, speed = motion.usable, motion.velocity
         top = float(np.quantile(np.abs(speed[usable]), 0.99))
         self.top_speed = top
-        self.soft = max(_SOFT * top, min(3.0 * motion.speed_noise, _SOFTEST * top), 1e-12)
-        self.sign: FloatArray = np.tanh(speed / self.soft)
+        self.soft = max(_SOFT * top, min(_SURE * motion.speed_noise, _SOFTEST * top), 1e-12)
+        # The mean sign of the true speed at a measured one; any wider, a friction that is the same
+        # at all speeds would seem to be more near rest.
+        self.sign: FloatArray = erf(_SURE * speed / (math.sqrt(2.0) * self.soft))
         self.forwards: FloatArray = np.maximum(self.sign, 0.0)
         self.backwards: FloatArray = np.minimum(self.sign, 0.0)
         both = min(float(np.mean(speed[usable] * way > self.soft)) for way in (1.0, -1.0))

@@ -27,7 +27,7 @@ _SAME = 0.01  # of the power of columns: they span the same but next to a revers
 _TOLD = 0.1  # odds by the sheet, at which what fits alike is told
 _OWN = 0.5  # share of an effect's power that another has to take over to be its like
 _OTHER_AXIS = RARER  # weight of another axis that swings, beside a disturbance of fixed frequency
-_ERRS = 0.03  # of what is left: by so much models differ that are equally true
+_ERRS = 0.03  # of what is left, or of an effect: by so much models differ that are equally true
 # Of itself: by so much the friction of a sound machine may change as it warms up. Temperature
 # halves that of robot joints (Bittencourt et al., "An extended friction model to capture load and
 # temperature effects in robot joints", 2010).
@@ -106,6 +106,13 @@ class Certainty:
                 if far + expected < behind:
                     far = max(far, self._behind_both(rival, other, held - {term.effect}))
                 behind = min(behind, far + expected)
+        # What looks the same over a small travel: where this one tells them apart, as told.
+        for name in term.alternatives:
+            same = [one for by, one in self.contest.swaps[term.effect] if by.effect == name]
+            if same and min(self._apart(winner, one) for one in same) > _ERRS * whole:
+                weights[name] *= math.exp(-min(self._behind(one, dearer(one)) for one in same))
+                if weights[name] < _TOLD * RARER:
+                    del weights[name]
         sure = 1.0 - math.exp(-max(behind, 0.0))
         # Where the effort stood still while the output moved, something else drives it, too.
         acts = min(0.5 + 0.5 * sure, _CERTAIN) * (1.0 - self.balance.motion.standing)

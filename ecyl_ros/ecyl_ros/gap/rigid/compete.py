@@ -52,7 +52,8 @@ def compete(
         progress(min(0.9, (number + 1) / 6.0))
         if not ranked:
             break
-        taken = sets.extended(chosen, _first(ranked, null.strained(current)))
+        first = _first(sets, chosen, ranked, null.strained(current))
+        taken = sets.extended(chosen, first)
         chosen = _tuned(sets, _afresh(sets, _look_back(sets, _swapped(sets, taken))))
         current = sets.fit(chosen)
     chosen = _look_back(sets, _likelier(sets, _look_back(sets, chosen)))
@@ -112,8 +113,14 @@ def _ranked(
     return found, best
 
 
-def _first(ranked: Sequence[tuple[float, Term]], strained: Collection[str]) -> Term:
-    """The best candidate; a simpler one that does nearly as well goes first.
+def _first(
+    sets: Sets,
+    chosen: Sequence[Term],
+    ranked: Sequence[tuple[float, Term]],
+    strained: Collection[str],
+) -> Term:
+    """The best candidate; a simpler one that does nearly as well goes first, unless the best would
+    earn its place again for what that one leaves.
 
     Before all others a constant that lies beyond its sheet, for it does whatever comes beside it.
     """
@@ -121,13 +128,24 @@ def _first(ranked: Sequence[tuple[float, Term]], strained: Collection[str]) -> T
         one for one in ranked if one[1].effect in strained and any(RIGID[one[1].effect].constant)
     ]
     ranked = off or ranked
-    top = ranked[0][0]
+    top, best = ranked[0]
     near = [
         (one.size, EFFECTS[one.effect].rarity, -share, one)
         for share, one in ranked
         if share >= _SIMPLER * top
     ]
-    return min(near, key=lambda item: item[:3])[3]
+    for *_, simpler in sorted(near, key=lambda item: item[:3]):
+        if simpler is best or not _clearly_better(sets, chosen, best, simpler):
+            return simpler
+    return best
+
+
+def _clearly_better(sets: Sets, chosen: Sequence[Term], best: Term, simpler: Term) -> bool:
+    """Whether one candidate removes a good part of what another leaves above the floor, surely."""
+    with_simpler, with_best = (sets.extended(chosen, one) for one in (simpler, best))
+    left = sets.fit(with_simpler)
+    gain = sets.gained(sets.standing(left, with_simpler), with_best, best)
+    return gain is not None and gain.earned and sets.holds(left, sets.fit(with_best), best)
 
 
 def _afresh(sets: Sets, chosen: Sequence[Term]) -> list[Term]:
@@ -246,5 +264,5 @@ def _simpler(sets: Sets, chosen: Sequence[Term]) -> list[Term]:
             parts = [sets.catalogue.own(one) for one in simple]
             barred = any(one.effect in sets.barred for one in parts)
             if not barred and not sets.missed(standing, chosen, [*rest, *parts], split).likely:
-                return [*rest, *parts]
+                return _look_back(sets, [*rest, *parts])
     return list(chosen)
