@@ -50,6 +50,18 @@ def test_uneven_stamps_are_interpolated_on_a_fine_grid() -> None:
     assert np.allclose(grid.on_stamps(course[:, None])[0], np.sin(9.0 * time_s), atol=1e-6)
 
 
+def test_a_run_that_ran_away_is_carried_to_uneven_stamps() -> None:
+    """No spline goes through values that are not finite: they stay so, the others stay near."""
+    recording = _recording(np.cumsum(np.full(200, 1.07e-3)))
+    grid = Grid.under(recording.time_s, 1000.0, 20_000.0)
+    assert grid.rows is None
+    columns = np.linspace(0.0, 1.0, grid.ticks // grid.every + 1)[:, None] * np.ones(2)
+    columns[columns.shape[0] // 2 :, 1] = np.inf
+    first, second = grid.on_stamps(columns)
+    assert np.all(np.isfinite(first)) and np.all(np.diff(first) >= 0.0)
+    assert np.isfinite(second[0]) and not np.isfinite(second[-1])
+
+
 def test_the_reference_between_stamps_is_the_cubic_that_both_ends_tell() -> None:
     """A reference that is a cubic in time comes out exactly, stamped every 4 ms or unevenly."""
     for time_s in (np.arange(251) * 4e-3, np.cumsum(np.r_[0.0, np.tile([1e-3, 7e-3], 125)])):

@@ -68,9 +68,15 @@ class Grid:
         return dataclasses.replace(self, samples=min(self.samples, last))
 
     def on_stamps(self, columns: FloatArray) -> FloatArray:
-        """float64[columns, n] at the stamps from float64[grid, columns]."""
-        if self.rows is not None:
-            return np.ascontiguousarray(columns[self.rows].T)
+        """float64[columns, n] at the stamps from float64[grid, columns].
+
+        Of a run that ran away the nearest instants: no spline goes through what is not finite.
+        """
+        rows = self.rows
+        if rows is None and not np.isfinite(columns).all():
+            rows = np.clip(np.rint(self.time_s / self.step_s), 0, len(columns) - 1).astype(np.int64)
+        if rows is not None:
+            return np.ascontiguousarray(columns[rows].T)
         values: FloatArray = CubicSpline(np.arange(len(columns)) * self.step_s, columns)(
             self.time_s
         ).T

@@ -32,7 +32,14 @@ from .held import held_ticks, run_holding
 from .injected import injected
 from .pushed import pushed_at, run_pushed
 from .screen import screen
-from .sensor_noise import declared_noise, roughness, silent, with_noise, with_steps
+from .sensor_noise import (
+    declared_noise,
+    roughness,
+    silent,
+    states_noise,
+    with_noise,
+    with_steps,
+)
 
 Effects = Mapping[str, Mapping[str, float]]
 Constants = Mapping[str, float]
@@ -140,7 +147,13 @@ class Replay:
             )
         self.usable = np.ones(len(self.time_s), dtype=bool)
         self._leave_out_gaps()
-        self.floor = np.array([max(stated[one.name], 1e-30) for one in self.signals])
+        known = states_noise(drive)
+        self.floor = np.array(
+            [
+                max(stated[one.name], 0.0 if known[one.name] else roughness(values), 1e-30)
+                for one, values in zip(self.signals, self.recorded, strict=True)
+            ]
+        )
         # How much of the stated noise goes round the loop; all of it unless the command says less.
         self.loop_share = 1.0
         self._shaking: tuple[DriveParameters, FloatArray] | None = None
@@ -155,15 +168,19 @@ class Replay:
 
         The roughness is looked for in what the nominal replay leaves, so that fast motion does not
         count as noise; a gap that is rough itself cannot raise the floor beyond what was stated
-        times `_ROUGHER`.
+        times `_ROUGHER`. Where no noise was stated, it is as the recording shows it, and no less
+        than its resolution makes.
         """
         left = self.recorded - self.simulate({})
+        known = states_noise(self.nominal)
         floors = []
         for one, values, rest in zip(self.signals, self.recorded, left, strict=True):
             said = stated[one.name]
             measured = min(roughness(values), roughness(rest))
             scale = float(np.nanstd(values)) or 1.0
-            if one.name == "voltage_q" and said > 0.0:
+            if not known[one.name]:
+                floors.append(max(said, measured, 1e-9 * scale))
+            elif one.name == "voltage_q" and said > 0.0:
                 # Noise that only the recording has never gets into the command.
                 self.loop_share = min(1.0, measured / said)
                 floors.append(said * max(self.loop_share, _QUIET_COMMAND))

@@ -15,6 +15,7 @@ from ...typical import typical_rms
 
 # Where drive files state no noise and signals are coarse, the recording's own roughness gives it.
 _ROUGHNESS_ORDER = 3
+_ROUNDED = 1e-9  # of a signal's range: nearer than that two values are one
 
 
 def roughness(values: FloatArray) -> float:
@@ -29,6 +30,33 @@ def roughness(values: FloatArray) -> float:
     differences = np.diff(finite, _ROUGHNESS_ORDER)
     scale = math.sqrt(math.comb(2 * _ROUGHNESS_ORDER, _ROUGHNESS_ORDER))
     return typical_rms(differences) / scale
+
+
+def coarse_step(values: FloatArray) -> float:
+    """The step that a signal was rounded to, where that is more than its noise; 0 else.
+
+    Of a staircase most third differences are 0, and its roughness says nothing.
+    """
+    distinct = np.unique(values[np.isfinite(values)])
+    apart = np.diff(distinct)
+    apart = apart[apart > _ROUNDED * (distinct[-1] - distinct[0])] if apart.size else apart
+    step = float(apart.min()) if apart.size else 0.0
+    return step if step / math.sqrt(12.0) > roughness(values) else 0.0
+
+
+def states_noise(drive: DriveParameters) -> dict[str, bool]:
+    """Whether the drive file states noise of each signal; a resolution alone is the least of it.
+
+    The commanded voltage has what comes round the loop.
+    """
+    sensors = drive.sensors
+    stated = {
+        "rotor_position": sensors.rotor_position_noise > 0.0,
+        "rotor_velocity": sensors.rotor_velocity_noise > 0.0,
+        "current_q": sensors.current_noise > 0.0,
+        "rod_position": sensors.rod_position_noise > 0.0,
+    }
+    return {**stated, "voltage_q": any(stated.values())}
 
 
 def declared_noise(drive: DriveParameters) -> dict[str, float]:
@@ -53,10 +81,15 @@ def declared_noise(drive: DriveParameters) -> dict[str, float]:
 
 
 def with_steps(drive: DriveParameters, recording: Recording) -> DriveParameters:
-    """The drive with the steps that the recording was quantised to, where its file states none."""
+    """The drive with the steps that the recording was quantised to, where its file states none.
+
+    As the recording says, or its values show.
+    """
     sensors = drive.sensors
-    rotor = recording.resolution.get("rotor_position_rad", 0.0)
-    rod = recording.resolution.get("rod_position_m", 0.0)
+    rotor, rod = (
+        recording.resolution.get(name, 0.0) or coarse_step(recording.signal(name))
+        for name in ("rotor_position_rad", "rod_position_m")
+    )
     sensors = dataclasses.replace(
         sensors,
         rotor_position_resolution=sensors.rotor_position_resolution or rotor,

@@ -78,7 +78,12 @@ class Certainty:
         waves = {one.key for one in self.contest.order if one.rate}
         for other, rival in self.contest.swaps[term.effect]:
             better = rival.rms(self.judged) * _WORSE < best
-            if term.effect in other.contained or (self._finer(rival, winner, term) and not better):
+            apart = self._apart(winner, rival)
+            another = better and apart > _ERRS * whole
+            finer = self._finer(rival, winner, term) and not better
+            # A friction by direction or speed is friction; a weight or a spring is no load.
+            same = term.effect in other.contained and not (another and term.key == "constant")
+            if finer or same:
                 continue  # a finer form of the same
             if other.effect == term.effect:  # another order or line, as good as the one found
                 behind = min(behind, self._behind(rival, dearer(rival)))
@@ -91,11 +96,13 @@ class Certainty:
                 or self._as_it_varies(term, other, rival)
                 or rival.rms(self.judged) <= _WORSE * best
             )
-            near = near and self._apart(winner, rival) <= math.sqrt(_OWN) * whole
+            near = near and apart <= math.sqrt(_OWN) * whole
             more = dearer(rival)
             odds = _odds(more)
             if not simpler and near and odds >= _TOLD:
                 weight = odds * RARER ** max(self._rarity(other.effect) - rarity, 0)
+                if another:  # by so much likelier
+                    weight *= math.exp(-self._behind(rival, more))
                 # Of two constants of the sheet the one is as likely to be wrong as the other.
                 if {term.effect, other.effect} <= self.null.catalogue.stated:
                     weights[other.effect] = weight

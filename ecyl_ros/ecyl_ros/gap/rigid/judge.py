@@ -108,7 +108,7 @@ class Judgement:
         # Where nothing acts for sure that a model could hold, it is no closer than models are.
         floor = self.floor
         signal = float(np.sqrt(np.mean(self.balance.effort[self.judged] ** 2)))
-        if all(self._unsure(one) for one in contest.order):
+        if not any(self._acts(one) for one in contest.order):
             floor = math.hypot(floor, UNMODELLED * signal)
         reason = beside = ""
         wanders = self.wanders
@@ -336,6 +336,11 @@ class Judgement:
 
     def _share(self, part: FloatArray, gap: FloatArray) -> float:
         return float(np.mean(part * gap)) / max(float(np.mean(gap**2)) - self.floor**2, 1e-300)
+
+    def _acts(self, term: Term) -> bool:
+        """Surely there, whether it or one of its like."""
+        there = self._sure[term.key][0] >= NAMED
+        return there and not self._void[term.key] and not self._small(term)
 
     def _unsure(self, term: Term) -> bool:
         """Not to be named: void, unsure of itself or among its like, or small."""
