@@ -16,7 +16,8 @@ _SOMEWHAT = 0.1  # straightness that a fit begins with: it moves in proportion
 
 def starts(evidence: Evidence) -> list[Start]:
     """Fractions of the voltage that drives the current at hand."""
-    swing = float(np.nanstd(evidence.current_a)) * evidence.drive.motor.resistance
+    current = evidence.current_a[np.isfinite(evidence.current_a)]
+    swing = float(np.std(current)) * evidence.drive.motor.resistance if current.size else 0.0
     return [
         {"voltage_v": max(swing, 1e-3) * factor, "straightness": _SOMEWHAT} for factor in (1.0, 4.0)
     ]

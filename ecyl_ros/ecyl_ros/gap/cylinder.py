@@ -26,6 +26,7 @@ from .judge.coincidence import Coincidence, without_coincidence
 from .judge.constancy import Inconstancy, without_effects, without_stand_ins
 from .judge.hidden import without_hidden
 from .judge.intervals import intervals
+from .judge.own_frequency import without_own_frequency
 from .judge.place import without_open_ended
 from .judge.pressed import pressed
 from .judge.strained import without_causes
@@ -153,6 +154,7 @@ def judged(
             "cost too much"
         )
     hold = (
+        without_own_frequency,
         without_hidden,
         without_strained,
         without_unclear,

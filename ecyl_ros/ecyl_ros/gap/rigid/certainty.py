@@ -115,9 +115,9 @@ class Certainty:
                 behind = min(behind, far + expected)
         # What looks the same over a small travel: where this one tells them apart, as told.
         for name in term.alternatives:
-            same = [one for by, one in self.contest.swaps[term.effect] if by.effect == name]
-            if same and min(self._apart(winner, one) for one in same) > _ERRS * whole:
-                weights[name] *= math.exp(-min(self._behind(one, dearer(one)) for one in same))
+            alike = [one for by, one in self.contest.swaps[term.effect] if by.effect == name]
+            if alike and min(self._apart(winner, one) for one in alike) > _ERRS * whole:
+                weights[name] *= math.exp(-min(self._behind(one, dearer(one)) for one in alike))
                 if weights[name] < _TOLD * RARER:
                     del weights[name]
         sure = 1.0 - math.exp(-max(behind, 0.0))
