@@ -26,8 +26,8 @@ from ecyl_ros.recording.atomic import write_text
 HERE = Path(__file__).parent
 SOURCES = "../../ecyl_ros/ecyl_ros/effects"
 RIGID_TOO = (
-    "A [rigid drive](../drive-file.md#rigid-drives-and-followers) can have it too; its values then "
-    "apply at the output."
+    "A [rigid drive](../drive-file.md#rigid-drives-and-followers) can have it too, at its "
+    "output and with the parameters and the form of the table there."
 )
 OPENING = (
     "After this page you can recognise this effect in a recording, add it to a drive, and know "

@@ -88,7 +88,7 @@ def _told(along: Along) -> bool:
 RIGID = RigidForm(
     stems=(
         level("coulomb", "level at the first sample"),
-        Stem("rate", "rate", -HUGE, HUGE, "change of the level over it"),
+        Stem("rate", "rate", -HUGE, HUGE, "evenly: the level is coulomb (1 + rate time)"),
     ),
     term=term,
     tried=lambda along, left: [()] if _told(along) else [],

@@ -78,7 +78,10 @@ def _void(fitted: Fitted) -> str:
 
 
 RIGID = RigidForm(
-    stems=(Stem("amplitude", "level", 0.0, HUGE, "weight of an arm"), phase_stem("angle 0")),
+    stems=(
+        Stem("amplitude", "level", 0.0, HUGE, "weight of an arm, against positive motion"),
+        phase_stem("angle 0 (0: the arm hangs there, 1.57: it is level and rises)"),
+    ),
     term=term,
     tried=lambda along, left: [] if along.machine.linear else [()],
     coefficients=lambda values: parts(values["amplitude"], values["phase"]),
