@@ -209,7 +209,7 @@ def test_a_fault_is_found_on_a_machine_off_its_sheet() -> None:
     size = 0.11
     effects = {"rotor_coulomb_friction": {"coulomb_nm": size}}
     drive = stated(DRIVE, 0.02)
-    recording = record_case(Case(0, 8, "single", effects, sheet=0.02), drive).slice(0.0, 4.0)
+    recording = record_case(Case(0, 8, "single", effects, sheet=0.02), drive).slice(0.0, 2.5)
     result = diagnose(recording, drive)
     assert [one.effect for one in result.causes] == ["rotor_coulomb_friction"]
     assert result.verdict == "explained" and result.causes[0].confidence > 0.9

@@ -66,7 +66,7 @@ def test_a_limit_of_another_make_of_machine_is_named_alone() -> None:
     """Surely, and with the true voltage in its interval."""
     drive = exact("bench")
     true = {LIMIT: {"voltage_v": 2.586485128454045}}
-    found = diagnose(record_case(Case(0, 866944933, "single", true), drive).slice(0.0, 6.0), drive)
+    found = diagnose(record_case(Case(0, 866944933, "single", true), drive).slice(0.0, 4.0), drive)
     assert [one.effect for one in found.causes] == [LIMIT]
     assert found.causes[0].confidence > 0.9
     (value,) = found.causes[0].parameters

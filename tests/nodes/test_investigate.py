@@ -28,12 +28,12 @@ def test_one_motion_of_a_worn_drive_names_what_is_worn(tmp_path: Path) -> None:
     worn = _changed(tmp_path, "effects", rotor_coulomb_friction={"coulomb_nm": 0.3})
     out = tmp_path / "found"
     line = ["investigate", "--drive", "bench", "--emulate", str(worn), "--out", str(out)]
-    assert main([*line, "--motions", "1", "--duration", "3"]) in (0, 3)
+    assert main([*line, "--motions", "1", "--duration", "2"]) in (0, 3)
     story = json.loads((out / "investigation.json").read_text())
     (step,) = story["steps"]
     assert step["causes"][0] == "rotor_coulomb_friction"
     played = read_recording(out / "motion_1.mcap")
-    assert 3.0 < played.duration_s < 4.5  # with a moment of rest at either end
+    assert 2.0 < played.duration_s < 3.5  # with a moment of rest at either end
     assert (out / "index.html").exists() and (out / "motion_1.html").exists()
 
 
