@@ -11,7 +11,7 @@ from .along import Along
 from .apart import apart
 from .effect import Effect, Evidence, Quantity, Start, phase
 from .rigid_form import HUGE, RigidForm, Stem
-from .starts import strongest
+from .starts import rates_over_time, strongest
 from .term import Term
 from .waves import parts, phase_stem, sine, wave
 
@@ -19,15 +19,12 @@ from .waves import parts, phase_stem, sine, wave
 def starts(evidence: Evidence) -> list[Start]:
     """The strongest lines of what the replay leaves of the current (else of the rotor's speed)."""
     time = evidence.time_s
-    length = float(time[-1] - time[0])
-    top = 0.4 * len(time) / max(length, 1e-9)
-    rates = np.arange(1.0 / length, min(top, 150.0), 0.4 / length) * 2.0 * math.pi
     drive = evidence.drive
     error, per_error = evidence.current_error_a, drive.motor.torque_constant
     if not np.isfinite(error).any():
         error, per_error = evidence.rotor_speed_error_rad_s, drive.motor.rotor_inertia * 100.0
     ratio = drive.transmission.rod_per_rotor
-    lines = strongest(error, time, rates, 3, np.ones_like(time))
+    lines = strongest(error, time, rates_over_time(time), 3, np.ones_like(time))
     return [
         {
             "amplitude_n": height * per_error / ratio,

@@ -16,6 +16,7 @@ _DIGITS = 1e-9  # relative: values this near are equal
 _STAYS = 5  # samples that follow an equal one, from which a command is cut off
 _BY_CHANCE = 0.02  # of them, of those near the largest, where a log is fine
 _FINER = 25  # steps between a candidate and its neighbour when a line is placed
+_HIGHEST_HZ = 150.0  # of lines over time
 _HIGHEST_ORDER, _LINES, _WHOLE = 96.0, 4, 2  # over a rotor turn: orders, lines of any and of whole
 
 
@@ -142,6 +143,13 @@ def strongest(
         if all(abs(one - line) > step for line, _, _ in lines):
             lines.append((one, size, shift))
     return lines
+
+
+def rates_over_time(time_s: FloatArray) -> FloatArray:
+    """Rates, rad/s, that a recording tells apart, for lines over time: float64[k]."""
+    length = float(time_s[-1] - time_s[0])
+    top = 0.4 * len(time_s) / max(length, 1e-9)
+    return np.arange(1.0 / length, min(top, _HIGHEST_HZ), 0.4 / length) * 2.0 * math.pi
 
 
 def _put_between(

@@ -6,10 +6,13 @@ no disturbance of its own frequency falls on it but by a coincidence.
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from scipy.optimize import minimize_scalar
 
 from ...arrays import FloatArray
+from ...effects.starts import rates_over_time, strongest
 from ..compete.competition import Competition
 from ..fit.fit import Fitter
 from ..replay.replay import Replay
@@ -17,7 +20,6 @@ from .constancy import without_effects
 
 _EFFECT = "periodic_disturbance"
 _NEARLY_ALL = 0.9  # of the power of the speed asked for
-_FINER = 8  # rates that are looked at, for each that a recording tells apart
 
 
 def without_own_frequency(
@@ -48,22 +50,22 @@ def swing_hz(replay: Replay) -> float | None:
     power = float(np.sum((speed - speed.mean()) ** 2))
     if not power > 0.0:
         return None
-    seconds = float(time[-1])
-    even = np.linspace(0.0, seconds, len(time))
-    spectrum = np.abs(np.fft.rfft(np.interp(even, time, speed - speed.mean()), _FINER * len(time)))
-    step = 1.0 / (_FINER * seconds)
-    top = float(np.argmax(spectrum)) * step
+    rates = rates_over_time(time)
+    near = strongest(speed, time, rates, 1, np.ones_like(time))
+    if not near:
+        return None
+    step = float(rates[1] - rates[0])
 
-    def left(hertz: float) -> float:
-        return _beside(hertz, time, speed)
+    def left(rate: float) -> float:
+        return _beside(rate, time, speed)
 
-    found = minimize_scalar(left, bounds=(max(top - 2.0 * step, step), top + 2.0 * step))
-    return float(found.x) if found.fun <= (1.0 - _NEARLY_ALL) * power else None
+    found = minimize_scalar(left, bounds=(near[0][0] - step, near[0][0] + step))
+    return float(found.x) / math.tau if found.fun <= (1.0 - _NEARLY_ALL) * power else None
 
 
-def _beside(hertz: float, time_s: FloatArray, values: FloatArray) -> float:
+def _beside(rate: float, time_s: FloatArray, values: FloatArray) -> float:
     """Power of values beside a sine and a mean."""
-    turn = 2.0 * np.pi * hertz * time_s
+    turn = rate * time_s
     columns = np.stack([np.sin(turn), np.cos(turn), np.ones_like(turn)], axis=1)
     rest = values - columns @ np.linalg.lstsq(columns, values, rcond=None)[0]
     return float(rest @ rest)

@@ -17,7 +17,7 @@ from ..diagnosis import ConditionShare, PortCheck
 from ..locate.block import possible_blocks
 from ..locate.locate import balances, by_condition, by_port
 from ..replay.replay import NOMINAL, SIGNALS, Constants, Effects, Replay
-from ..replay.sensor_noise import declared_noise, silent
+from ..replay.sensor_noise import declared_noise, settled_floors, silent
 
 # A gap is what stands this far above what noise leaves.
 GAP = 2.0
@@ -192,7 +192,9 @@ class _Compared(Replay):
         self.loop_share = 1.0
         self._shaking = None
         if self.signals:
-            self.floor = self._settle_floor(stated)
+            names = [one.name for one in self.signals]
+            left = self.recorded - self.simulate({})
+            self.floor, self.loop_share = settled_floors(names, self.recorded, left, drive)
             for row, one in enumerate(self.signals):
                 if stated[one.name] == 0.0:
                     spread = float(np.nanstd(self.recorded[row]))

@@ -34,9 +34,9 @@ from .pushed import pushed_at, run_pushed
 from .screen import screen
 from .sensor_noise import (
     declared_noise,
-    roughness,
+    first_floors,
+    settled_floors,
     silent,
-    states_noise,
     with_noise,
     with_steps,
 )
@@ -83,13 +83,11 @@ _STIFFER, _MOST_SUBSTEPS = 4, 40
 
 _TICK_COST = 1  # of a control tick beside its sub-steps, in such
 _STIFF_COST = 4  # of a sub-step in which the current goes ahead, in such as have none
-_QUIET_COMMAND = 0.15  # floor of a command without noise, as a share of what noise would make it
 # Share of the stated noise in the loop from which on its way round is reckoned with. What a load
 # that sticks creeps by grows with its square: with a tenth it is some floors, with this below one.
 _LOUD = 0.03
 _NEXT_DRAW = 7919  # from the seed of one draw to the next: unlike those of other drives
 _SHAKING_SEED = 0x5EED  # unlike those that drives are emulated with
-_ROUGHER = 1.5  # a signal may be this much noisier than stated
 _SETTLING_S = 0.3  # left out where the run does not begin at rest, or a long gap ends
 _LONG_GAP_S = 0.02  # a gap the loop notices when the reference is filled in by a spline
 
@@ -134,9 +132,8 @@ class Replay:
         if self._injected is not None:
             self.notes.append("the recorded injected force or torque acts in the replay, too")
         self.recorded = np.array([recording.signal(one.recorded) for one in self.signals])
-        stated = declared_noise(drive)
         # Voltage noise that the cascade makes of noise in what it measures.
-        self.proportional_noise_v = max(stated["voltage_q"], 1e-12)
+        self.proportional_noise_v = max(declared_noise(drive)["voltage_q"], 1e-12)
         self._grid = Grid.under(self.time_s, recording.rate_hz, self.drive.controller.rate)
         self._reference = self._grid.reference(recording)
         self._left_out = held_ticks(recording, self._grid, drive)
@@ -147,48 +144,17 @@ class Replay:
             )
         self.usable = np.ones(len(self.time_s), dtype=bool)
         self._leave_out_gaps()
-        known = states_noise(drive)
-        self.floor = np.array(
-            [
-                max(stated[one.name], 0.0 if known[one.name] else roughness(values), 1e-30)
-                for one, values in zip(self.signals, self.recorded, strict=True)
-            ]
-        )
+        names = [one.name for one in self.signals]
+        self.floor = first_floors(names, self.recorded, drive)
         # How much of the stated noise goes round the loop; all of it unless the command says less.
         self.loop_share = 1.0
         self._shaking: tuple[DriveParameters, FloatArray] | None = None
         self._find_start()
         self._holds_i_d = self._shows_no_i_d()
-        self.floor = self._settle_floor(stated)
+        left = self.recorded - self.simulate({})
+        self.floor, self.loop_share = settled_floors(names, self.recorded, left, drive)
         self._leave_out_start()
         self.healthy = self.healthy_with({})
-
-    def _settle_floor(self, stated: dict[str, float]) -> FloatArray:
-        """Standard deviation of each signal's noise: as stated, or more where it is rougher.
-
-        The roughness is looked for in what the nominal replay leaves, so that fast motion does not
-        count as noise; a gap that is rough itself cannot raise the floor beyond what was stated
-        times `_ROUGHER`. Where no noise was stated, it is as the recording shows it, and no less
-        than its resolution makes.
-        """
-        left = self.recorded - self.simulate({})
-        known = states_noise(self.nominal)
-        floors = []
-        for one, values, rest in zip(self.signals, self.recorded, left, strict=True):
-            said = stated[one.name]
-            measured = min(roughness(values), roughness(rest))
-            scale = float(np.nanstd(values)) or 1.0
-            if not known[one.name]:
-                floors.append(max(said, measured, 1e-9 * scale))
-            elif one.name == "voltage_q" and said > 0.0:
-                # Noise that only the recording has never gets into the command.
-                self.loop_share = min(1.0, measured / said)
-                floors.append(said * max(self.loop_share, _QUIET_COMMAND))
-            elif said > 0.0:
-                floors.append(min(max(said, measured), _ROUGHER * said))
-            else:
-                floors.append(max(measured, 1e-9 * scale))
-        return np.array(floors)
 
     def _leave_out_gaps(self) -> None:
         """Mark as not usable what follows a stretch without samples, until the loops settle."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -15,6 +16,8 @@ from ...typical import typical_rms
 
 # Where drive files state no noise and signals are coarse, the recording's own roughness gives it.
 _ROUGHNESS_ORDER = 3
+_ROUGHER = 1.5  # a signal may be this much noisier than stated
+_QUIET_COMMAND = 0.15  # floor of a command without noise, as a share of what noise would make it
 _ROUNDED = 1e-9  # of a signal's range: nearer than that two values are one
 
 
@@ -38,9 +41,10 @@ def coarse_step(values: FloatArray) -> float:
     Of a staircase most third differences are 0, and its roughness says nothing.
     """
     distinct = np.unique(values[np.isfinite(values)])
+    if distinct.size < 2:
+        return 0.0
     apart = np.diff(distinct)
-    apart = apart[apart > _ROUNDED * (distinct[-1] - distinct[0])] if apart.size else apart
-    step = float(apart.min()) if apart.size else 0.0
+    step = float(apart[apart > _ROUNDED * (distinct[-1] - distinct[0])].min())
     return step if step / math.sqrt(12.0) > roughness(values) else 0.0
 
 
@@ -78,6 +82,58 @@ def declared_noise(drive: DriveParameters) -> dict[str, float]:
         "voltage_q": controller.current.kp * current,
         "rod_position": rod,
     }
+
+
+def first_floors(
+    signals: Sequence[str], recorded: FloatArray, drive: DriveParameters
+) -> FloatArray:
+    """Floors before anything was replayed, float64[signals]: as stated, else as rough as recorded.
+
+    signals: names. recorded: float64[signals, n].
+    """
+    stated, known = declared_noise(drive), states_noise(drive)
+    return np.array(
+        [
+            max(stated[name], 0.0 if known[name] else roughness(values), 1e-30)
+            for name, values in zip(signals, recorded, strict=True)
+        ]
+    )
+
+
+def settled_floors(
+    signals: Sequence[str], recorded: FloatArray, left: FloatArray, drive: DriveParameters
+) -> tuple[FloatArray, float]:
+    """Standard deviation of each signal's noise: as stated, or more where it is rougher.
+
+    Roughness is looked for in what the nominal replay leaves, so that fast motion does not count as
+    noise; a gap that is rough itself cannot raise the floor beyond what was stated times
+    `_ROUGHER`. Where no noise was stated, it is as the recording shows it, and no less than its
+    resolution makes.
+
+    Args:
+        signals, recorded: see `first_floors`.
+        left: float64[signals, n], recorded less the nominal replay.
+        drive: as its file states it.
+
+    Returns:
+        Floors, float64[signals], and the share of the stated noise that goes round the loop, as the
+        command shows it; all of it where it does not.
+    """
+    stated, known = declared_noise(drive), states_noise(drive)
+    floors, loop_share = [], 1.0
+    for name, values, rest in zip(signals, recorded, left, strict=True):
+        said = stated[name]
+        measured = min(roughness(values), roughness(rest))
+        if not (known[name] and said > 0.0):
+            scale = float(np.nanstd(values)) or 1.0
+            floors.append(max(said, measured, 1e-9 * scale))
+        elif name == "voltage_q":
+            # Noise that only the recording has never gets into the command.
+            loop_share = min(1.0, measured / said)
+            floors.append(said * max(loop_share, _QUIET_COMMAND))
+        else:
+            floors.append(min(max(said, measured), _ROUGHER * said))
+    return np.array(floors), loop_share
 
 
 def with_steps(drive: DriveParameters, recording: Recording) -> DriveParameters:

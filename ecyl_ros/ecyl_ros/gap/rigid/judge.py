@@ -339,13 +339,14 @@ class Judgement:
 
     def _acts(self, term: Term) -> bool:
         """Surely there, whether it or one of its like."""
-        there = self._sure[term.key][0] >= NAMED
-        return there and not self._void[term.key] and not self._small(term)
+        return self._holds(term, self._sure[term.key][0])
 
     def _unsure(self, term: Term) -> bool:
         """Not to be named: void, unsure of itself or among its like, or small."""
-        sure = self._sure[term.key][1]
-        return bool(self._void[term.key]) or sure < NAMED or self._small(term)
+        return not self._holds(term, self._sure[term.key][1])
+
+    def _holds(self, term: Term, sure: float) -> bool:
+        return sure >= NAMED and not self._void[term.key] and not self._small(term)
 
     def _small(self, term: Term) -> bool:
         """Whether it removes no more of the gap than the others may err by in form; unless it alone
